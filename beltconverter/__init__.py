@@ -1,0 +1,1 @@
+"""From the meshed mid-surface of a belt to a bonded-particle belt."""

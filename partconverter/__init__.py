@@ -1,0 +1,1 @@
+"""From a CAD assembly (ACIS SAT text) to numerically smooth cylinders."""
