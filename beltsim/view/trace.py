@@ -96,6 +96,7 @@ class Caster:
             ball = self._is_ball[found["geomID"]]
             self._note(hits, found, origin, direction, start, enter, active, ball)
             active = active[ball]
+        self._find_cut(hits, origin, direction, enter)
         hits.distance[hits.cut] = enter[hits.cut]
         hits.position = origin + hits.distance[:, None] * direction
         return hits
@@ -115,6 +116,29 @@ class Caster:
         hits.distance[kept], hits.item[kept], hits.solid[kept] = distance[nearer], item[nearer], solid[nearer]
         hits.normal[kept] = normal[nearer]
         hits.cut[kept] = inside[nearer] & ~self._is_mesh[item[nearer]] & (enter[kept] > 0)
+
+    def _find_cut(self, hits, origin, direction, enter) -> None:
+        """Find solids that the section cuts where they overlap: a ray leaves one that it has never entered."""
+        rows = np.flatnonzero((enter > 0) & (hits.item >= 0) & ~hits.cut)
+        rows = rows[~self._is_ball[hits.item[rows]]]
+        entered, start = [self._key(hits.item[rows], hits.solid[rows])], hits.distance[rows] + self.skin
+        for _ in range(4):  # as many belt particles share a corner
+            found = self._run(
+                origin[rows] + start[:, None] * direction[rows], direction[rows], start * 0 + FAR, output=True
+            )
+            item, solid = found["geomID"], found["primID"] // self._faces[found["geomID"]]
+            closed = (found["primID"] >= 0) & ~self._is_ball[item] & ~self._is_mesh[item]
+            key = self._key(item, solid)
+            known = np.any([key == other for other in entered], axis=0)
+            leaves = np.einsum("ni,ni->n", found["Ng"], direction[rows]) > 0
+            cut = closed & leaves & ~known
+            hits.cut[rows[cut]], hits.item[rows[cut]], hits.solid[rows[cut]] = True, item[cut], solid[cut]
+            on = closed & ~leaves
+            start = (start + found["tfar"] + self.skin)[on]
+            rows, entered = rows[on], [other[on] for other in (*entered, key)]
+
+    def _key(self, item: np.ndarray, solid: np.ndarray) -> np.ndarray:
+        return item.astype(np.int64) << 32 | solid
 
     def _to_balls(self, origin, direction, enter, rows, item, solid) -> tuple[np.ndarray, np.ndarray]:
         """Distance at which rays enter the spheres themselves (`FAR`: pass by), or leave if they began inside."""
