@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from beltsim.console import CommandError
@@ -22,11 +23,29 @@ class Where(NamedTuple):
         return f"{self.file}:{self.line}"
 
 
+@dataclass
+class Gaps:
+    """What could not be read, so that nothing is called missing or contradicting because of it.
+
+    content : keywords of which some block had a problem;  names : those of which some name or row is unknown
+    """
+
+    content: set[str] = field(default_factory=set)
+    names: set[str] = field(default_factory=set)
+
+    def add(self, *keywords: str) -> None:
+        """Nothing is known for sure about these keywords."""
+        self.content.update(keywords)
+        self.names.update(keywords)
+
+
 class Mismatch(ValueError):
     """One thing found where another was expected; the place is added by who knows it."""
 
     def __init__(self, found: str, expected: str):
         super().__init__(f"found {found}, expected {expected}")
+        self.found = found
+        self.expected = expected
 
 
 class InpErrors(CommandError):
@@ -47,14 +66,23 @@ class Problems:
         """Note one problem."""
         self._found.append((where, f"found {found}, expected {expected}"))
 
-    def add_rows(self, block, rows, found, expected: str) -> None:
+    def add_mismatch(self, where: Where, error: Mismatch) -> None:
+        """Note a mismatch at its place."""
+        self.add(where, error.found, error.expected)
+
+    def add_rows(self, block, rows, found: Callable[[int], str], expected: str) -> None:
         """Note a problem in each of the `rows` (indices) of a block; `found(i)` says what row i holds."""
+        self.add_some(rows, block.row_where, found, expected)
+
+    def add_some(self, rows, where: Callable, found: Callable[[int], str], expected: str) -> None:
+        """Note a problem in each of the `rows`, where `where(i)` says; many of one kind are counted only."""
         for i in rows[:MOST_PER_BLOCK]:
-            self.add(block.row_where(int(i)), found(int(i)), expected)
+            self.add(where(int(i)), found(int(i)), expected)
         if len(rows) > MOST_PER_BLOCK:
+            more = len(rows) - MOST_PER_BLOCK
             self.add(
-                block.row_where(int(rows[MOST_PER_BLOCK])),
-                f"{len(rows) - MOST_PER_BLOCK} more such rows",
+                where(int(rows[MOST_PER_BLOCK])),
+                f"{more} more rows like the {MOST_PER_BLOCK} above",
                 expected,
             )
 
@@ -73,11 +101,17 @@ class Problems:
             raise InpErrors(self.lines())
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
-    """The phrase "; did you mean X?" with the known word nearest to `word`, empty if none is near."""
+def nearest_name(word: str, known: Iterable[str]) -> str | None:
+    """The known word nearest to `word`, None if none is near."""
     folded = {name.upper(): name for name in known}
     close = difflib.get_close_matches(word.upper(), folded, n=1, cutoff=0.6)
-    return f"; did you mean {folded[close[0]]}?" if close else ""
+    return folded[close[0]] if close else None
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """The phrase "; did you mean X?" with the known word nearest to `word`, empty if none is near."""
+    close = nearest_name(word, known)
+    return f"; did you mean {close}?" if close else ""
 
 
 def listed(names: Iterable[str], last: str = "or") -> str:

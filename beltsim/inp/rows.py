@@ -101,3 +101,8 @@ def _unit(keyword: Keyword, column: Column, array: np.ndarray) -> np.ndarray:
             f"{column.name} of *{keyword.name}: row {bad[0]} is no unit quaternion: {array[bad[0]]}"
         )
     return array
+
+
+def as_matrix(array: np.ndarray) -> np.ndarray:
+    """The column as (n, fields), whatever its width."""
+    return array if array.ndim == 2 else array[:, None]

@@ -25,12 +25,14 @@ class Interval:
 
     text: str
 
-    def __contains__(self, value: float) -> bool:
-        """Whether `value` lies in the range; NaN never does."""
+    def holds(self, values):
+        """Whether each of the values (float or array) lies in the range; NaN never does."""
         low, high = (float(bound) for bound in self.text[1:-1].split(","))
-        above = value >= low if self.text[0] == "[" else value > low
-        below = value <= high if self.text[-1] == "]" else value < high
-        return above and below
+        above = values >= low if self.text[0] == "[" else values > low
+        return above & (values <= high if self.text[-1] == "]" else values < high)
+
+    def __contains__(self, value: float) -> bool:
+        return bool(self.holds(value))
 
     @property
     def words(self) -> str:

@@ -11,6 +11,7 @@ import orjson
 
 from .deck import Block, Deck
 from .keywords import KEYWORDS
+from .rows import as_matrix
 from .values import number_text, text_of
 
 # Texts of so many rows are made at a time: 0.1 s of work, 10 MB of memory.
@@ -64,7 +65,7 @@ def _source_rows(block: Block) -> str:
 
 def _number_rows(columns: list[np.ndarray]) -> Iterator[bytes]:
     """Pieces of text; a last column of NaN (a field left out) is not written."""
-    columns = [column.reshape(len(column), -1) for column in columns]
+    columns = [as_matrix(column) for column in columns]
     if np.isnan(columns[-1]).all():
         columns = columns[:-1]
     whole = [column for column in columns if column.dtype == np.int64]
