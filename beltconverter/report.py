@@ -1,0 +1,89 @@
+"""What a person wants to know of a converted belt: counts, sizes, strain, mass and the area check."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .belt import Belt, Making, masses
+from .frames import before_and_after
+
+
+def report(belt: Belt, making: Making) -> dict:
+    """Measured figures of one belt, SI, in a stable order."""
+    rows, columns = belt.zone.shape
+    flat, cells = belt.flat, belt.cells
+    strains = flat.strains
+    middle = flat.chords[:, (columns - 1) // 2 : columns // 2 + 1].mean(axis=1)
+    worst_low, worst_high = (int(np.argmax(values)) for values in (-strains.min(axis=1), strains.max(axis=1)))
+    mesh_area, cell_area = surface_area(belt), float(np.sum(cells.along * cells.across))
+    stretch = making.elongation[0] * making.elongation[1]
+    return {
+        "belt": making.prefix + making.name,
+        "kind": belt.grid.kind,
+        "rows": rows,
+        "columns": columns,
+        "particles": rows * columns,
+        "bonds": int(flat.lengths.size + flat.widths.size),
+        "first_id": making.first_id,
+        "length": float(middle.sum()),
+        "node_width": float(np.mean(flat.widths.sum(axis=1)) * making.elongation[1]),
+        "width": float(np.mean(cells.across.sum(axis=1)) * making.elongation[1]),
+        "pitch_along": cells.nominal[0] * making.elongation[0],
+        "pitch_across": cells.nominal[1] * making.elongation[1],
+        "stress_free_length": float(np.mean(flat.lengths.sum(axis=0))),
+        "stress_free_mode": flat.mode,
+        "strain_min": float(strains.min()),
+        "strain_min_row": worst_low + 1,
+        "strain_max": float(strains.max()),
+        "strain_max_row": worst_high + 1,
+        "strain_row_min": strains.min(axis=1),
+        "strain_row_max": strains.max(axis=1),
+        "mass": float(masses(belt).sum()),
+        "mesh_area": mesh_area,
+        "cell_area": cell_area * stretch,
+        "cell_area_over_mesh_area": cell_area * stretch / mesh_area,
+    }
+
+
+def surface_area(belt: Belt) -> float:
+    """Area of the mesh between the outer nodes, m2: mean of both ways to cut each cell."""
+    _, after = before_and_after(belt.grid.points, belt.grid.kind)
+    used = slice(None) if belt.grid.is_ring else slice(-1)
+    a, b = belt.grid.points[used], after[used]
+    p, q, r, s = a[:, :-1], b[:, :-1], b[:, 1:], a[:, 1:]
+    triangles = [(p, q, r), (p, r, s), (p, q, s), (q, r, s)]
+    return float(sum(np.linalg.norm(np.cross(y - x, z - x), axis=2).sum() for x, y, z in triangles) / 4)
+
+
+def info_lines(reports: list[dict]) -> list[str]:
+    """Lines `key = value` of the RESULT block; several belts are told apart by their names."""
+    lines = [f"belts = {len(reports)}"] if len(reports) > 1 else []
+    for one in reports:
+        prefix = f"{one['belt']}: " if len(reports) > 1 else ""
+        lines += [
+            f"{prefix}{key} = {_text(value)}"
+            for key, value in one.items()
+            if not isinstance(value, np.ndarray)
+        ]
+    return lines
+
+
+def _text(value) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def summary_lines(reports: list[dict]) -> list[str]:
+    """A few lines for people."""
+    lines = []
+    for one in reports:
+        lines += [
+            f"{one['belt']}: {one['kind']}, {one['rows']} rows x {one['columns']} columns, "
+            f"{one['particles']:,} particles, {one['bonds']:,} bonds",
+            f"  length {one['length']:.4g} m, width {one['width']:.4g} m, pitch {1000 * one['pitch_along']:.4g} x "
+            f"{1000 * one['pitch_across']:.4g} mm, mass {one['mass']:.4g} kg",
+            f"  initial strain {100 * one['strain_min']:+.3f} % (row {one['strain_min_row']}) to "
+            f"{100 * one['strain_max']:+.3f} % (row {one['strain_max_row']}), one stress-free length per "
+            f"{one['stress_free_mode']}",
+            f"  area of the cells {one['cell_area']:.4g} m2, of the mesh between its nodes {one['mesh_area']:.4g} m2",
+        ]
+    return lines
