@@ -28,6 +28,8 @@ class Camera:
     field_of_view: float = 24.0
 
     def __post_init__(self):
+        if self.azimuth is not None and not np.isfinite(self.azimuth):
+            raise ViewProblem(f"azimuth: found {self.azimuth}, expected a finite angle in degrees")
         if not -90 <= self.elevation <= 90:
             raise ViewProblem(f"elevation: found {self.elevation:g}, expected -90 to 90 degrees")
         if self.zoom is not None and not (
@@ -48,7 +50,10 @@ class Section:
         """The section of a text as `x=1.2` (m)."""
         name, _, value = text.partition("=")
         try:
-            return cls(AXES.index(name.strip().lower() or "?"), float(value))
+            section = cls(AXES.index(name.strip().lower() or "?"), float(value))
+            if not np.isfinite(section.value):
+                raise ValueError
+            return section
         except ValueError:
             raise ViewProblem(f"section: found {text!r}, expected one as x=1.2, y=0 or z=0.5 (m)") from None
 

@@ -13,9 +13,10 @@ COLOUR_MAPS = {
     "turbo": "30123b 434eba 4685fa 28bceb 1ae4b6 55fa76 a4fc3c d9e436 faba39 fb7e21 e4450a b91e02 7a0403",
 }
 
-RUBBER = (0.20, 0.21, 0.23)
-BULK = (0.55, 0.43, 0.30)
+RUBBER = (0.27, 0.28, 0.30)
+BULK = (0.52, 0.42, 0.32)
 STEEL = (0.62, 0.64, 0.67)
+PULLEY = (0.27, 0.44, 0.63)
 
 # Sets that stay apart for colour-blind readers (P. Tol, "muted").
 PALETTE = ("332288", "88ccee", "44aa99", "117733", "999933", "ddcc77", "cc6677", "882255", "aa4499")
