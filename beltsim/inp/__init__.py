@@ -6,7 +6,7 @@ from .errors import InpErrors, Where
 from .keywords import KEYWORDS
 from .lookup import by_name, matching, named
 from .reader import check_case, read, read_case, read_text
-from .touching import contact_property, groups_touch
+from .touching import contact_groups, contact_property
 from .values import expand_ids
 from .writer import dumps, write
 
@@ -19,10 +19,10 @@ __all__ = [
     "bond_type_of",
     "by_name",
     "check_case",
+    "contact_groups",
     "contact_property",
     "dumps",
     "expand_ids",
-    "groups_touch",
     "matching",
     "named",
     "read",

@@ -117,4 +117,4 @@ def nearest(word: str, known: Iterable[str]) -> str:
 def listed(names: Iterable[str], last: str = "or") -> str:
     """Words as an English list: "A, B or C"."""
     names = list(names)
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"
+    return "".join(names) if len(names) < 2 else f"{', '.join(names[:-1])} {last} {names[-1]}"

@@ -35,16 +35,32 @@ def best_properties(properties: list[Block], material_a: str, material_b: str) -
     return [block for stars, block in ranked if stars == fewest]
 
 
-def groups_touch(deck: Deck, group_a: str | None, group_b: str | None) -> bool:
-    """Whether particles or parts of two contact groups touch; None = without a group."""
-    if group_a is None or group_b is None:
-        return True
-    for pair in deck.blocks("CONTACT GROUP PAIR"):
-        if {pair["GROUP A"], pair["GROUP B"]} == {group_a, group_b}:
-            return pair["CONTACT"]
-    groups = by_name(deck, "CONTACT GROUP")
-    belts = [groups[group].get("BELT") if group in groups else None for group in (group_a, group_b)]
-    return group_a != group_b and (belts[0] is None or belts[0] != belts[1])
+class ContactGroups(NamedTuple):
+    """What the deck says of contact groups: `pairs` {two names: whether they touch}, `belts` {name: belt}."""
+
+    pairs: dict[frozenset[str], bool]
+    belts: dict[str, str | None]
+
+    def touch(self, group_a: str | None, group_b: str | None) -> bool:
+        """Whether particles or parts of two groups touch; None = without a group."""
+        if group_a is None or group_b is None:
+            return True
+        said = self.pairs.get(frozenset((group_a, group_b)))
+        if said is not None:
+            return said
+        belt_a, belt_b = self.belts.get(group_a), self.belts.get(group_b)
+        return group_a != group_b and (belt_a is None or belt_a != belt_b)
+
+
+def contact_groups(deck: Deck) -> ContactGroups:
+    """The contact groups of a deck, ready for the question which of them touch."""
+    return ContactGroups(
+        {
+            frozenset((pair["GROUP A"], pair["GROUP B"])): pair["CONTACT"]
+            for pair in deck.blocks("CONTACT GROUP PAIR")
+        },
+        {name: group.get("BELT") for name, group in by_name(deck, "CONTACT GROUP").items()},
+    )
 
 
 class _Kind(NamedTuple):
@@ -80,13 +96,13 @@ def _title(block: Block) -> str:
 def _touching_materials(deck: Deck, particles: Particles) -> dict[tuple[str, str], tuple[Block, Block]]:
     """Pairs of materials that can touch, with an example of two blocks that do."""
     members, counts, kind_of_type = _kinds(deck, particles)
-    kinds = list(members)
+    kinds, groups = list(members), contact_groups(deck)
     bonded = _bonded_pairs(deck, particles, kind_of_type, len(kinds))
     found: dict[tuple[str, str], tuple[Block, Block]] = {}
     for i, j in combinations_with_replacement(range(len(kinds)), 2):
         a, b = kinds[i], kinds[j]
         pairs = counts[i] * (counts[i] - 1) / 2 if i == j else counts[i] * counts[j]
-        if (a.held and b.held) or pairs <= bonded[i, j] or not groups_touch(deck, a.group, b.group):
+        if (a.held and b.held) or pairs <= bonded[i, j] or not groups.touch(a.group, b.group):
             continue
         if a.material <= b.material:
             found.setdefault((a.material, b.material), (members[a], members[b]))
