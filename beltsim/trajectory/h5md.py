@@ -84,14 +84,15 @@ def _particle_series(file: h5py.File, contents: Contents, name: str) -> Series:
 
 
 def _create_identity(file: h5py.File, contents: Contents) -> list[Series]:
+    active = grow(file["beltsim"], "active", (), "i8", attrgetter("active"))
     if not contents.dynamic:
         ids = np.arange(contents.slots) if contents.id is None else contents.id
         file["particles/all/id"] = np.asarray(ids, "i8")
-        return []
+        return [active]
     group = _element(file, "particles/all", "id")
     shape, compress = (contents.slots,), contents.compress
     ids = grow(group, "value", shape, "i8", attrgetter("id"), per_particle=True, compress=compress)
-    return [ids, grow(file["beltsim"], "active", (), "i8", attrgetter("active"))]
+    return [active, ids]
 
 
 def _create_properties(file: h5py.File, contents: Contents) -> list[Series]:

@@ -28,20 +28,28 @@ if TYPE_CHECKING:
 
 def read(path: str | Path) -> Trajectory:
     """Open a trajectory; raises `TrajectoryError` if the file is none, OSError if it is not there."""
-    import h5py
-
     if not Path(path).is_file():
         raise FileNotFoundError(2, "no such trajectory", str(path))
-    try:
-        file = h5py.File(path, "r", locking=False)
-    except OSError as error:
-        raise TrajectoryError(f"{path}: found no HDF5 file, expected a trajectory ({error})") from None
+    file = _opened(path)
     found = file["beltsim"].attrs.get("layout") if "beltsim" in file else None
     if found != LAYOUT_VERSION:
         file.close()
         what = "an HDF5 file without beltsim's layout number" if found is None else f"layout {found}"
         raise TrajectoryError(f"{path}: found {what}, expected layout {LAYOUT_VERSION}")
     return Trajectory(file)
+
+
+def _opened(path: str | Path) -> h5py.File:
+    import h5py
+
+    try:
+        return h5py.File(path, "r", locking=False)
+    except OSError:
+        # HDF5 wants one locking mode of all who open a file in one process: another library may have it open.
+        try:
+            return h5py.File(path, "r")
+        except OSError as error:
+            raise TrajectoryError(f"{path}: found no HDF5 file, expected a trajectory ({error})") from None
 
 
 class Trajectory:
@@ -103,7 +111,8 @@ class Trajectory:
         return orjson.loads(self._file["parameters/provenance"][()])
 
     def _frame(self, t: int) -> Frame:
-        file, n = self._file, self._active(t)
+        file = self._file
+        n = int(file["beltsim/active"][t])
         particles = file["particles/all"]
         properties = {
             property_field(name): _per_particle(particles, name, t, n) for name in ("id", *PROPERTIES)
@@ -117,9 +126,6 @@ class Trajectory:
             parts={unquote(name): _elements(part, t) for name, part in file["parts"].items()},
             observables=_elements(file["observables"], t),
         )
-
-    def _active(self, t: int) -> int:
-        return int(self._file["beltsim/active"][t]) if self.contents.dynamic else self.contents.slots
 
 
 def _per_particle(particles: h5py.Group, name: str, t: int, n: int) -> np.ndarray | None:
@@ -147,7 +153,7 @@ def _contents(file: h5py.File) -> Contents:
         species=texts["name"],
         shapes=texts["shape"],
         colors=texts["color"],
-        dynamic="active" in file["beltsim"],
+        dynamic="id/value" in particles,
         **{property_field(name): particles[name][()] for name in constant},
         bonds=lines if len(lines) else None,
         parts=tuple(_part(unquote(name), group) for name, group in file["parts"].items()),
