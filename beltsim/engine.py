@@ -1,0 +1,203 @@
+"""The state of a running scene, and stepping it: lists made anew when stale, forces, blow-ups found and named."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from beltsim.console import CommandError, ExitCode
+from beltsim.lists import Bonded, Families, Lists, bonded_neighbours, carry, make_lists, skin_of
+from beltsim.scene import Scene
+from beltsim.scene.bodies import BOX, SPHERE
+from beltsim.scene.touching import of_shape
+from beltsim.solver.motion import Slides, Spins
+from beltsim.solver.neighbours import sort_loads
+from beltsim.solver.state import Loads
+from beltsim.solver.steps import (
+    MOVED_TOO_FAR,
+    Clock,
+    Environment,
+    GivenLoads,
+    advance,
+    find_forces,
+    spin_of_momentum,
+)
+
+
+class BlowUp(CommandError):
+    """The run cannot go on: which particle, when and why."""
+
+    exit_code = ExitCode.BLOW_UP
+
+
+@dataclass
+class Stage:
+    """What holds during one *STEP of the deck."""
+
+    time_step: float  # s
+    start: float  # s, total time of step 0
+    spins: Spins
+    slides: Slides
+    given: GivenLoads | None
+    drag: float  # 1/s
+    wind: tuple[float, float, float]  # m/s
+
+
+@dataclass
+class State:
+    """A scene in motion. `step` counts within the stage, `total_steps` over the run."""
+
+    scene: Scene
+    families: Families
+    bonded: Bonded
+    belt_index: Loads | None
+    skin: float
+    lists: Lists | None = None
+    listed: np.ndarray | None = None
+    part_travel: np.ndarray | None = None
+    stage: Stage | None = None
+    step: int = 0
+    total_steps: int = 0
+    list_builds: int = 0
+
+    @property
+    def time(self) -> float:
+        """Total time [s], from an integer count of steps."""
+        return self.stage.start + self.step * self.stage.time_step
+
+
+def state_of(scene: Scene) -> State:
+    """The state of a scene before its first step."""
+    bounding = scene.shapes.bounding
+    families = Families(scene.has_spheres, scene.has_boxes, bool(scene.machinery.info))
+    bonds = scene.bonds
+    count = scene.population.count
+    index = None if bonds is None else sort_loads(count, bonds.first, bonds.second, True)
+    skin = skin_of(bounding if bounding.size else source_sizes(scene))
+    return State(scene, families, bonded_neighbours(count, bonds), index, skin)
+
+
+def source_sizes(scene: Scene) -> np.ndarray:
+    """Radii of the spheres that may come, for scenes that begin empty."""
+    return np.array([body.edge_radius for body in scene.population.bodies if body.shape == SPHERE])
+
+
+def begin_stage(state: State, stage: Stage) -> None:
+    """Start a stage: its drives, its step, and the forces at its first moment."""
+    state.stage, state.step = stage, 0
+    renew_lists(state)
+    arguments = solver_arguments(state, time_step=0.0)
+    find_forces(*arguments)
+
+
+def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
+    """Make all lists anew at the present positions and carry the contact history over.
+
+    `origin` is the old slot of each particle after insertion or removal.
+    """
+    scene, population = state.scene, state.scene.population
+    count = population.count
+    chosen = of_shape(population, SPHERE), of_shape(population, BOX)
+    if state.bonded.start.size != count + 1 or origin is not None:
+        state.bonded = bonded_neighbours(count, scene.bonds)
+        if scene.bonds is not None:
+            state.belt_index = sort_loads(count, scene.bonds.first, scene.bonds.second, True)
+    machinery = scene.machinery
+    new = make_lists(
+        population.particles,
+        scene.shapes,
+        machinery.parts,
+        machinery.group,
+        state.families,
+        state.bonded,
+        state.skin,
+        chosen,
+    )
+    if state.lists is not None:
+        origin = np.arange(count, dtype=np.int64) if origin is None else origin
+        carry(new, state.lists, origin, len(machinery.info))
+    state.lists = new
+    state.listed = population.particles.position.copy()
+    state.part_travel = np.zeros(1)
+    state.list_builds += 1
+
+
+def solver_arguments(state: State, time_step: float | None = None) -> tuple:
+    """Arguments of `find_forces`, and of `advance` but for the number of steps."""
+    scene, stage = state.scene, state.stage
+    dt = stage.time_step if time_step is None else time_step
+    belt = None if scene.bonds is None else (scene.bonds, scene.kinds, state.belt_index)
+    environment = Environment(tuple(scene.gravity), stage.drag, stage.wind, state.listed, state.part_travel)
+    # Half the skin in one step would let a pair pass from unlisted to touching unseen.
+    clock = Clock(dt, stage.start, state.step, state.skin, 0.5 * state.skin)
+    return (
+        scene.population.particles,
+        scene.shapes,
+        scene.laws,
+        belt,
+        scene.strength,
+        tuple(state.lists),
+        scene.machinery.parts,
+        (stage.spins, stage.slides, scene.amplitudes),
+        stage.given,
+        environment,
+        clock,
+    )
+
+
+def advance_by(state: State, steps: int) -> None:
+    """Make `steps` steps.
+
+    Raises
+    ------
+    BlowUp
+        If a particle moves more than half the skin in one step, or is not finite any more.
+    """
+    while steps > 0:
+        done, reason = advance(*solver_arguments(state), steps)
+        state.step += done
+        state.total_steps += done
+        steps -= done
+        if reason == MOVED_TOO_FAR:
+            raise BlowUp(diagnosis(state))
+        if steps > 0 or done == 0:
+            renew_lists(state)
+    spin_of_momentum(state.scene.population.particles)
+
+
+def diagnosis(state: State) -> str:
+    """Which particle moved too far, when, and what pushed it."""
+    particles, population = state.scene.population.particles, state.scene.population
+    speed = np.linalg.norm(particles.velocity, axis=0)
+    bad = np.flatnonzero(~np.isfinite(speed))
+    culprit = int(bad[0]) if bad.size else int(np.argmax(speed))
+    place = ", ".join(f"{value:.4g}" for value in particles.position[:, culprit])
+    moved = speed[culprit] * state.stage.time_step
+    return (
+        f"blow-up at t = {state.time:.6g} s: particle {population.id[culprit]} "
+        f"({population.bodies[population.species[culprit]].name}) at ({place}) moves {moved:.3g} m per step "
+        f"({speed[culprit]:.3g} m/s), more than the contact margin of {0.5 * state.skin:.3g} m; "
+        f"{largest_load(state, culprit)}"
+    )
+
+
+def largest_load(state: State, slot: int) -> str:
+    """What pushed a particle hardest."""
+    best, text = 0.0, "no bond or contact loads it"
+    population, info = state.scene.population, state.scene.machinery.info
+    families = [("bond with particle", state.scene.bonds, True)]
+    names = ("contact with particle", "contact with particle", "contact with part", "contact with part")
+    families += [(name, family[0], n < 2) for n, (name, family) in enumerate(zip(names, state.lists)) if family]
+    for name, pairs, both in families:
+        if pairs is None:
+            continue
+        touching = (pairs.first == slot) | ((pairs.second == slot) if both else False)
+        for k in np.flatnonzero(touching):
+            force = float(np.linalg.norm(pairs.loads[:3, k]))
+            other = int(pairs.second[k] if pairs.first[k] == slot else pairs.first[k])
+            if not force <= best:
+                best = force
+                text = f"its largest load, {force:.4g} N, is the {name} "
+                text += str(population.id[other]) if both else info[other].name
+    return text

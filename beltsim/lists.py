@@ -1,0 +1,116 @@
+"""The lists of near pairs of a scene, one for each pair of shapes that it has, and when they are made anew."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from beltsim.solver.hashgrid import hash_points
+from beltsim.solver.neighbours import (
+    carry_history,
+    empty_contacts,
+    link_neighbours,
+    part_pairs,
+    particle_pairs,
+    sort_loads,
+)
+from beltsim.solver.state import Contacts, Loads, Particles, Parts, Shapes
+
+Listed = tuple[Contacts, Loads]
+
+
+class Lists(NamedTuple):
+    """Lists of near pairs; None for a family that the scene can never have."""
+
+    spheres: Listed | None
+    boxes: Listed | None  # spheres with boxes
+    sphere_parts: Listed | None
+    box_parts: Listed | None
+
+
+class Families(NamedTuple):
+    """Which pairs of shapes a scene has, for the whole run: the compiled steps are made for them."""
+
+    spheres: bool
+    boxes: bool
+    parts: bool
+
+
+class Bonded(NamedTuple):
+    """Bonded neighbours of each particle."""
+
+    start: np.ndarray  # (n + 1,) int64
+    member: np.ndarray  # (2 m,) int32
+
+
+def bonded_neighbours(count: int, bonds) -> Bonded:
+    """Bonded neighbours of all `count` particles, ascending; `bonds` is a Bonds or None."""
+    if bonds is None:
+        return Bonded(np.zeros(count + 1, np.int64), np.zeros(0, np.int32))
+    ends = np.concatenate([bonds.first, bonds.second])
+    others = np.concatenate([bonds.second, bonds.first])
+    order = np.lexsort((others, ends))
+    start = np.zeros(count + 1, np.int64)
+    np.cumsum(np.bincount(ends, minlength=count), out=start[1:])
+    return Bonded(start, others[order].astype(np.int32))
+
+
+def skin_of(bounding: np.ndarray) -> float:
+    """Skin [m]: a quarter of the median bounding radius. Larger tests more pairs, smaller makes lists more often."""
+    return 0.25 * float(np.median(bounding)) if bounding.size else 1.0
+
+
+def make_lists(
+    particles: Particles,
+    shapes: Shapes,
+    parts: Parts,
+    part_group: np.ndarray,
+    families: Families,
+    bonded: Bonded,
+    skin: float,
+    chosen: tuple[np.ndarray, np.ndarray],
+) -> Lists:
+    """All lists at the present positions, without history; `chosen` = slots of spheres and of boxes."""
+    spheres, boxes = chosen
+    position = particles.position
+    widest = [float(shapes.bounding[slots].max()) if slots.size else 0.0 for slots in chosen]
+    sphere_grid = hash_points(position, spheres, 2.0 * widest[0] + skin)
+    box_grid = hash_points(position, boxes, widest[0] + widest[1] + skin)
+
+    def among(grid, half):
+        start, second = particle_pairs(position, shapes, spheres, grid, skin, half, *bonded)
+        first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
+        return empty_contacts(start, first, second)
+
+    def with_parts(slots, grid):
+        start, first = part_pairs(position, shapes, slots, grid, parts, part_group, skin)
+        second = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
+        return empty_contacts(start, first, second)
+
+    def indexed(contacts, both):
+        return contacts, sort_loads(particles.mass.size, contacts.first, contacts.second, both)
+
+    on_boxes = None
+    if families.spheres and families.boxes:
+        on_boxes = among(box_grid, False)
+        link_neighbours(on_boxes.start, on_boxes.second, *bonded, on_boxes.beside)
+    return Lists(
+        indexed(among(sphere_grid, True), True) if families.spheres else None,
+        indexed(on_boxes, True) if on_boxes is not None else None,
+        indexed(with_parts(spheres, sphere_grid), False) if families.spheres and families.parts else None,
+        indexed(with_parts(boxes, box_grid), False) if families.boxes and families.parts else None,
+    )
+
+
+def carry(new: Lists, old: Lists, origin: np.ndarray, parts: int) -> None:
+    """Copy contact history from the old lists; `origin` is the old slot of each particle, -1 for new ones."""
+    same_part = np.arange(parts, dtype=np.int64)
+    for n, family in enumerate(new):
+        if family is None:
+            continue
+        contacts, before = family[0], old[n][0]
+        if n < 2:
+            carry_history(contacts, before, contacts.second, before.second, origin, origin)
+        else:
+            carry_history(contacts, before, contacts.first, before.first, same_part, origin)

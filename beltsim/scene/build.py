@@ -1,0 +1,126 @@
+"""A deck as a scene: plain data, built once before the first step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from beltsim import inp
+from beltsim.inp import Block, Deck
+from beltsim.scene.bodies import BOX, SPHERE, Population, populate
+from beltsim.scene.bonding import bonds_of
+from beltsim.scene.machinery import Machinery, amplitudes_of, machinery_of
+from beltsim.scene.touching import Groups, Materials, shapes_of
+from beltsim.scene.unbuilt import refuse_box_contacts, refuse_unbuilt
+from beltsim.solver.motion import Amplitudes
+from beltsim.solver.state import BondKinds, Bonds, BondStrength, Laws, Shapes
+
+
+@dataclass
+class Scene:
+    """Everything that a run starts from. `population` and `shapes` change as bulk comes and goes."""
+
+    deck: Deck
+    population: Population
+    shapes: Shapes
+    laws: Laws
+    groups: Groups
+    materials: Materials
+    bonds: Bonds | None
+    kinds: BondKinds | None
+    strength: BondStrength | None
+    machinery: Machinery
+    amplitudes: Amplitudes
+    tables: dict[str, int]
+    gravity: np.ndarray  # (3,) m/s2
+    domain: np.ndarray | None  # (6,) m
+    sources: list[Block]
+    steps: list[Block]
+
+    @property
+    def has_spheres(self) -> bool:
+        """Whether there are or will be spheres."""
+        return bool(self.sources) or self.has_shape(SPHERE)
+
+    @property
+    def has_boxes(self) -> bool:
+        """Whether there are rounded boxes."""
+        return self.has_shape(BOX)
+
+    def has_shape(self, shape: str) -> bool:
+        """Whether particles of this shape are there now."""
+        bodies, species = self.population.bodies, self.population.species
+        return any(body.shape == shape and np.any(species == n) for n, body in enumerate(bodies))
+
+
+def build(deck: Deck) -> Scene:
+    """Scene of a deck that `inp.read_case` has accepted.
+
+    Raises
+    ------
+    SceneError
+        With every block or parameter that this version does not run, as `file:line: found, expected`.
+    """
+    refuse_unbuilt(deck)
+    materials, groups = Materials(deck), Groups(deck)
+    population = populate(deck)
+    shapes = shapes_of(population, materials, groups)
+    planes = [block for block in deck.blocks("PART") if block["SHAPE"] == "PLANE"]
+    refuse_box_contacts(population, groups, planes)
+    hold_moved_particles(deck, population)
+    bonds, kinds, strength = bonds_of(deck, population) or (None, None, None)
+    amplitudes, tables = amplitudes_of(deck)
+    gravity = [block.rows["acceleration"][0] for block in deck.blocks("GRAVITY")]
+    domain = [block.rows["box"][0] for block in deck.blocks("DOMAIN")]
+    return Scene(
+        deck=deck,
+        population=population,
+        shapes=shapes,
+        laws=materials.laws,
+        groups=groups,
+        materials=materials,
+        bonds=bonds,
+        kinds=kinds,
+        strength=strength,
+        machinery=machinery_of(deck, population, materials, groups),
+        amplitudes=amplitudes,
+        tables=tables,
+        gravity=np.array(gravity[-1] if gravity else (0.0, 0.0, 0.0), dtype=np.float64),
+        domain=None if not domain else np.asarray(domain[-1], dtype=np.float64),
+        sources=deck.blocks("SOURCE"),
+        steps=deck.blocks("STEP"),
+    )
+
+
+def hold_moved_particles(deck: Deck, population: Population) -> None:
+    """Particles with a prescribed velocity move with it whatever touches them."""
+    for block in deck.blocks("MOTION"):
+        if block["TYPE"] == "VELOCITY" and block.get("PART") is None:
+            slots = slots_of_motion(block, population)
+            population.particles.mobility[:, slots] = 0.0
+
+
+def slots_of_motion(block: Block, population: Population) -> np.ndarray:
+    """Slots of the particles that a *MOTION names."""
+    if block.get("PARTICLE TYPE") is not None:
+        names = [body.name for body in population.bodies]
+        wanted = set(inp.matching(names, block["PARTICLE TYPE"]))
+        chosen = np.array([name in wanted for name in names], bool)
+        return np.flatnonzero(chosen[population.species])
+    ids = block["PARTICLES"]
+    ids = inp.expand_ids(ids) if isinstance(ids, str) else ids
+    return population.slots_of(np.asarray(ids, dtype=np.int64))
+
+
+def prescribe_velocities(scene: Scene, step_name: str | None) -> None:
+    """Set the velocities of particles that a step prescribes."""
+    particles = scene.population.particles
+    for block in scene.deck.blocks("MOTION"):
+        acts = block.get("STEP") is None or block.get("STEP") == step_name
+        if acts and block["TYPE"] == "VELOCITY" and block.get("PART") is None:
+            slots, vector = slots_of_motion(block, scene.population), block.rows["vector"][0]
+            particles.velocity[:, slots] = vector[:3, None]
+            spin = vector[3:] if vector.size == 6 else np.zeros(0)
+            if spin.size and np.all(np.isfinite(spin)):
+                particles.angular_velocity[:, slots] = spin[:, None]

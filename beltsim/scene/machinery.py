@@ -1,0 +1,250 @@
+"""Parts, cylinder particles among them, and what moves them in each step."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from beltsim import inp
+from beltsim.inp import Block, Deck
+from beltsim.scene.bodies import CYLINDER, Body, Population, unique
+from beltsim.scene.touching import Groups, Materials, of_shape
+from beltsim.solver.motion import FREE, PRESCRIBED, Amplitudes, Slides, Spins
+from beltsim.solver.state import Parts
+
+
+@dataclass
+class PartInfo:
+    """What is known of a part beside its arrays."""
+
+    name: str
+    shape: str
+    part_class: str
+    color: str
+    particle: int  # slot of the cylinder particle that it stands for, -1 for a *PART
+    type_name: str  # particle type, "" for a *PART
+    id: int  # of the particle
+    inertia: float  # about its axis, of a cylinder particle; 0 for a *PART
+
+
+@dataclass
+class Machinery:
+    """All parts in order: *PART blocks, then cylinder particles."""
+
+    info: list[PartInfo]
+    parts: Parts
+    group: np.ndarray  # (p,) int32, row of `may_touch`
+
+
+def machinery_of(deck: Deck, population: Population, materials: Materials, groups: Groups) -> Machinery:
+    """Parts of a deck as arrays."""
+    rows = [row_of_part(block, materials, groups) for block in unique(deck, "PART")]
+    rows += [row_of_cylinder(population, slot, materials, groups) for slot in of_shape(population, CYLINDER)]
+    info = [row[0] for row in rows]
+    count = len(rows)
+
+    def column(k, width=0, dtype=np.float64):
+        values = np.array([row[1][k] for row in rows], dtype=dtype).reshape(
+            (count, width) if width else (count,)
+        )
+        return np.ascontiguousarray(values.T)
+
+    parts = Parts(
+        position=column(0, 3),
+        orientation=column(1, 4),
+        velocity=np.zeros((3, count)),
+        angular_velocity=np.zeros((3, count)),
+        force=np.zeros((3, count)),
+        torque=np.zeros((3, count)),
+        radius=column(2),
+        half_length=column(3),
+        edge_radius=column(4),
+        material=column(5, dtype=np.int32),
+    )
+    return Machinery(info, parts, column(6, dtype=np.int32))
+
+
+def row_of_part(block: Block, materials: Materials, groups: Groups) -> tuple[PartInfo, tuple]:
+    """A *PART of shape CYLINDER or PLANE."""
+    plane = block["SHAPE"] == "PLANE"
+    info = PartInfo(
+        block["NAME"], block["SHAPE"], block.get("CLASS") or "", block.get("COLOR") or "", -1, "", -1, 0.0
+    )
+    return info, (
+        block.rows["position"][0],
+        block.rows["orientation"][0],
+        math.inf if plane else 0.5 * block["DIAMETER"],
+        math.inf if plane else 0.5 * block["LENGTH"],
+        0.0 if plane else block["EDGE RADIUS"],
+        materials.row[block["MATERIAL"]],
+        groups.of(block.get("CONTACT GROUP")),
+    )
+
+
+def row_of_cylinder(population: Population, slot: int, materials: Materials, groups: Groups) -> tuple:
+    """A particle of shape CYLINDER, as a part of its own."""
+    body: Body = population.bodies[population.species[slot]]
+    particle_id = int(population.id[slot])
+    info = PartInfo(
+        f"{body.name}_{particle_id}",
+        CYLINDER,
+        body.block.get("CLASS") or "",
+        body.block.get("COLOR") or "",
+        int(slot),
+        body.name,
+        particle_id,
+        float(population.particles.inertia[2, slot]),
+    )
+    radius, _, half_length = population.half_extent[slot]
+    return info, (
+        population.particles.position[:, slot],
+        population.particles.orientation[:, slot],
+        radius,
+        half_length,
+        population.edge_radius[slot],
+        materials.row[body.material],
+        groups.of(body.group),
+    )
+
+
+def amplitudes_of(deck: Deck) -> tuple[Amplitudes, dict[str, int]]:
+    """All *AMPLITUDE tables, and the number of each by name."""
+    blocks = unique(deck, "AMPLITUDE")
+    start = np.cumsum([0, *(len(block) for block in blocks)]).astype(np.int64)
+    if not blocks:
+        return Amplitudes(start, np.zeros(0), np.zeros(0)), {}
+    time = np.concatenate([block.rows["time"] for block in blocks]).astype(np.float64)
+    factor = np.concatenate([block.rows["factor"] for block in blocks]).astype(np.float64)
+    return Amplitudes(start, time, factor), {block["NAME"]: n for n, block in enumerate(blocks)}
+
+
+def table_of(block: Block, tables: dict[str, int]) -> int:
+    """Number of the amplitude that a block names, -1 for none."""
+    name = block.get("AMPLITUDE")
+    return -1 if name is None else tables[name]
+
+
+def acts_in(block: Block, step_name: str | None) -> bool:
+    """Whether a block acts in a step: those without STEP= act always."""
+    return block.get("STEP") is None or block.get("STEP") == step_name
+
+
+def parts_of_motion(block: Block, machinery: Machinery) -> list[int]:
+    """Parts that a *MOTION moves."""
+    names = [part.name for part in machinery.info]
+    if block.get("PART") is not None:
+        wanted = set(
+            inp.matching([n for n, part in zip(names, machinery.info) if part.particle < 0], block["PART"])
+        )
+        return [n for n, part in enumerate(machinery.info) if part.particle < 0 and part.name in wanted]
+    if block.get("PARTICLE TYPE") is not None:
+        types = {part.type_name for part in machinery.info if part.type_name}
+        wanted = set(inp.matching(sorted(types), block["PARTICLE TYPE"]))
+        return [n for n, part in enumerate(machinery.info) if part.type_name in wanted]
+    ids = (
+        set(inp.expand_ids(block["PARTICLES"]))
+        if isinstance(block["PARTICLES"], str)
+        else set(block["PARTICLES"])
+    )
+    return [n for n, part in enumerate(machinery.info) if part.id in ids]
+
+
+def drives_of(
+    deck: Deck, machinery: Machinery, tables: dict[str, int], step_name: str | None, before: Slides | None
+) -> tuple[Spins, Slides]:
+    """What moves the parts in a step. Cylinder particles spin freely unless a motion says else."""
+    spins, slides = at_rest(machinery)
+    if before is not None:
+        slides.offset[:] = before.offset
+    for block in deck.blocks("MOTION"):
+        if acts_in(block, step_name):
+            for part in parts_of_motion(block, machinery):
+                MOTIONS[block["TYPE"]](block, part, machinery, spins, slides, table_of(block, tables))
+    return spins, slides
+
+
+def at_rest(machinery: Machinery) -> tuple[Spins, Slides]:
+    """Parts that stay, cylinder particles that spin freely."""
+    count = len(machinery.info)
+    inertia = np.array([part.inertia for part in machinery.info])
+    spins = Spins(
+        mode=np.array([FREE if part.particle >= 0 else PRESCRIBED for part in machinery.info], np.int8),
+        rate=np.zeros(count),
+        amplitude=np.full(count, -1, np.int32),
+        inertia=np.where(inertia > 0.0, inertia, 1.0) if count else np.ones(0),
+        friction_torque=np.zeros(count),
+        torque=np.zeros(count),
+    )
+    slides = Slides(
+        moves=np.ones(count),
+        direction=np.zeros((3, count)),
+        mass=np.zeros(count),
+        force=np.zeros(count),
+        amplitude=np.full(count, -1, np.int32),
+        stiffness=np.zeros(count),
+        damping=np.zeros(count),
+        offset=np.zeros(count),
+    )
+    return spins, slides
+
+
+def _rotation(block, part, machinery, spins, slides, table):  # noqa: ARG001 - one signature for all motions
+    spins.mode[part] = PRESCRIBED
+    spins.rate[part] = block["ANGULAR VELOCITY"]
+    spins.amplitude[part] = table
+
+
+def _free_rotation(block, part, machinery, spins, slides, table):  # noqa: ARG001
+    spins.mode[part] = FREE
+    spins.inertia[part] = block.get("INERTIA") or spins.inertia[part]
+    spins.friction_torque[part] = block["FRICTION TORQUE"]
+
+
+def _torque(block, part, machinery, spins, slides, table):
+    _free_rotation(block, part, machinery, spins, slides, table)
+    spins.torque[part] = block["TORQUE"]
+    spins.amplitude[part] = table
+
+
+def _slide(block, part, slides):
+    direction = block.rows["vector"][0, :3]
+    slides.direction[:, part] = direction / np.linalg.norm(direction)
+    slides.mass[part] = block["MASS"]
+    slides.damping[part] = block["DAMPING"]
+
+
+def _tension(block, part, machinery, spins, slides, table):  # noqa: ARG001
+    _slide(block, part, slides)
+    slides.force[part] = block["FORCE"]
+    slides.amplitude[part] = table
+
+
+def _suspension(block, part, machinery, spins, slides, table):  # noqa: ARG001
+    _slide(block, part, slides)
+    slides.stiffness[part] = block["STIFFNESS"]
+
+
+def _surface_velocity(block, part, machinery, spins, slides, table):  # noqa: ARG001
+    machinery.parts.velocity[:, part] = block.rows["vector"][0, :3]
+    slides.moves[part] = 0.0
+
+
+def _velocity(block, part, machinery, spins, slides, table):  # noqa: ARG001
+    vector = block.rows["vector"][0]
+    machinery.parts.velocity[:, part] = vector[:3]
+    if vector.size == 6 and np.any(np.isfinite(vector[3:])):
+        machinery.parts.angular_velocity[:, part] = vector[3:]
+        spins.mode[part] = PRESCRIBED
+
+
+MOTIONS = {
+    "ROTATION": _rotation,
+    "FREE ROTATION": _free_rotation,
+    "TORQUE": _torque,
+    "TENSION": _tension,
+    "SUSPENSION": _suspension,
+    "SURFACE VELOCITY": _surface_velocity,
+    "VELOCITY": _velocity,
+}

@@ -1,0 +1,82 @@
+"""What a deck may ask for and this version does not run yet: refused by name, never ignored."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from beltsim.console import CommandError, ExitCode
+from beltsim.inp import Block, Deck
+from beltsim.scene.bodies import BOX, Population
+from beltsim.scene.touching import Groups
+
+NOT_BUILT = {
+    "FILL": "bulk from *SOURCE or *PARTICLE",
+    "MEASURE": "no *MEASURE (the trajectory holds every particle)",
+    "CHECKPOINT": "no *CHECKPOINT",
+}
+
+
+class SceneError(CommandError):
+    """The solver cannot run this deck; one line a problem."""
+
+    exit_code = ExitCode.INVALID_INPUT
+
+
+def problem(block: Block, found: str, expected: str) -> str:
+    """One line of an error text."""
+    return f"{block.where}: found {found}, expected {expected}"
+
+
+def refuse_unbuilt(deck: Deck) -> None:
+    """Raise `SceneError` with everything in the deck that is valid but not built yet."""
+    problems = [
+        problem(block, f"*{keyword}, which is not built yet", expected)
+        for keyword, expected in NOT_BUILT.items()
+        for block in deck.blocks(keyword)
+    ]
+    for block in deck.blocks("CONTACT MODEL"):
+        if block["TYPE"] != "HERTZ MINDLIN":
+            problems.append(problem(block, f"TYPE={block['TYPE']}, which is not built yet", "HERTZ MINDLIN"))
+    for block in deck.blocks("PART"):
+        if block["SHAPE"] == "MESH":
+            problems.append(problem(block, "SHAPE=MESH, which is not built yet", "CYLINDER or PLANE"))
+    for block in deck.blocks("MOTION"):
+        problems += motion_problems(block)
+    if problems:
+        raise SceneError("\n".join(problems))
+
+
+def motion_problems(block: Block) -> list[str]:
+    """What is not built of a *MOTION."""
+    kind, of_particles = block["TYPE"], block.get("PART") is None
+    if kind == "SURFACE VELOCITY" and block.get("AMPLITUDE") is not None:
+        return [problem(block, "AMPLITUDE with SURFACE VELOCITY, which is not built yet", "no AMPLITUDE")]
+    if kind == "VELOCITY" and block.get("AMPLITUDE") is not None:
+        return [problem(block, "AMPLITUDE with VELOCITY, which is not built yet", "no AMPLITUDE")]
+    if of_particles and kind not in ("VELOCITY", "ROTATION", "FREE ROTATION", "TORQUE"):
+        return [problem(block, f"TYPE={kind} of particles, which is not built yet", "a *PART")]
+    return []
+
+
+def refuse_box_contacts(population: Population, groups: Groups, planes: list[Block]) -> None:
+    """Raise `SceneError` if rounded boxes could touch one another, or a plane."""
+    problems = []
+    boxes = [
+        n for n, body in enumerate(population.bodies) if body.shape == BOX and np.any(population.species == n)
+    ]
+    for n, a in enumerate(boxes):
+        for b in boxes[n:]:
+            first, second = population.bodies[a], population.bodies[b]
+            if groups.may_touch[groups.of(first.group), groups.of(second.group)]:
+                found = f"rounded boxes {first.name} and {second.name} that may touch, which is not built yet"
+                problems.append(
+                    problem(first.block, found, "one *CONTACT GROUP for the belt, or groups of one BELT")
+                )
+    if problems:
+        raise SceneError("\n".join(problems[:10]))
+    for block in planes:
+        for a in boxes:
+            body = population.bodies[a]
+            if groups.may_touch[groups.of(body.group), groups.of(block.get("CONTACT GROUP"))]:
+                found = f"a plane that rounded boxes ({body.name}) may touch, which is not built yet"
+                raise SceneError(problem(block, found, "a cylinder, or contact groups that do not touch"))

@@ -1,0 +1,296 @@
+"""The contact passes: one for each pair of shapes, all with the same law. No formula stands here.
+
+Each pass writes only to its own pairs; particles sum their loads afterwards (`steps.sum_loads`), in a fixed order, so
+that results do not depend on the number of threads.
+"""
+
+from __future__ import annotations
+
+import math
+
+from beltsim.solver.bonds import put_loads
+from beltsim.solver.contact import (
+    HERTZ_DAMPING,
+    LINE_STIFFNESS,
+    damped_normal,
+    friction_force,
+    hertz,
+    rolling_moment,
+)
+from beltsim.solver.jit import inner, kernel
+from beltsim.solver.shapes import box_cylinder, sphere_box, sphere_cylinder, sphere_plane, sphere_sphere
+from beltsim.solver.vectors import add, at, at4, axis_z, cross, dot, put, scaled, sub
+
+NONE = (0.0, 0.0, 0.0)
+
+
+@inner
+def law_of(laws, a, b):
+    """Parameters of the pair of materials a and b."""
+    return (
+        laws.normal_modulus[a, b],
+        laws.shear_modulus[a, b],
+        laws.damping[a, b],
+        laws.friction[a, b],
+        laws.rolling_friction[a, b],
+    )
+
+
+@inner
+def forget(contacts, k):
+    """Pair k does not touch: no loads, no history."""
+    contacts.stiffness[k] = 0.0
+    put(contacts.spring, k, NONE)
+    put(contacts.rolling, k, NONE)
+    put_loads(contacts.loads, k, NONE, NONE, NONE)
+
+
+@inner
+def hertz_mindlin(contacts, k, overlap, normal, radius, mass, law, relative, spins, arms, time_step):
+    """Loads and history of a touching pair k of rounded surfaces.
+
+    `relative` is the surface velocity of the first against the second, `spins` and `arms` those of both bodies, from
+    their centres to the contact point.
+    """
+    modulus, shear_modulus, damping, friction, rolling_friction = law
+    elastic, stiffness = hertz(overlap, radius, modulus)
+    shear_stiffness = stiffness * 4.0 * shear_modulus / modulus
+    damping *= HERTZ_DAMPING
+    normal_force = damped_normal(elastic, stiffness, damping, mass, -dot(relative, normal))
+    bound = friction * max(normal_force, 0.0)
+    force = scaled(normal, normal_force)
+    force = touch(contacts, k, force, normal, shear_stiffness, damping, mass, bound, relative, time_step)
+    moment = NONE
+    if rolling_friction > 0.0:
+        arm = rolling_friction * radius
+        old = at(contacts.rolling, k)
+        spin = sub(spins[0], spins[1])
+        moment = rolling_moment(old, spin, normal, time_step, stiffness, arm, arm * max(normal_force, 0.0))
+        put(contacts.rolling, k, moment)
+    torque_1 = add(cross(arms[0], force), moment)
+    torque_2 = sub(cross(force, arms[1]), moment)
+    put_loads(contacts.loads, k, force, torque_1, torque_2)
+
+
+@inner
+def touch(contacts, k, force, normal, shear_stiffness, damping, mass, bound, relative, time_step):
+    """Add friction to the normal force of pair k and remember its spring."""
+    spring, old = at(contacts.spring, k), contacts.stiffness[k]
+    tangential, spring = friction_force(
+        relative, normal, time_step, spring, old, shear_stiffness, damping, mass, bound
+    )
+    put(contacts.spring, k, spring)
+    contacts.stiffness[k] = shear_stiffness
+    return add(force, tangential)
+
+
+@inner
+def surface(velocity, spin, arm):
+    """Velocity of a body's material point at `arm` from its centre."""
+    return add(velocity, cross(spin, arm))
+
+
+@kernel
+def sphere_sphere_pass(particles, shapes, laws, contacts, time_step):
+    """Contacts between spheres."""
+    position, velocity, spin = particles.position, particles.velocity, particles.angular_velocity
+    mass, radius, material = particles.mass, shapes.radius, shapes.material
+    first, second, overlaps = contacts.first, contacts.second, contacts.overlap
+    for k in range(first.size):
+        i, j = first[k], second[k]
+        overlap, normal = sphere_sphere(at(position, i), radius[i], at(position, j), radius[j])
+        overlaps[k] = overlap
+        if overlap <= 0.0:
+            if contacts.stiffness[k] > 0.0:
+                forget(contacts, k)
+            continue
+        # The point halfway into the overlap, so that both arms add up to the distance of the centres.
+        arm_i = scaled(normal, 0.5 * overlap - radius[i])
+        arm_j = scaled(normal, radius[j] - 0.5 * overlap)
+        spin_i, spin_j = at(spin, i), at(spin, j)
+        relative = sub(surface(at(velocity, i), spin_i, arm_i), surface(at(velocity, j), spin_j, arm_j))
+        hertz_mindlin(
+            contacts,
+            k,
+            overlap,
+            normal,
+            radius[i] * radius[j] / (radius[i] + radius[j]),
+            mass[i] * mass[j] / (mass[i] + mass[j]),
+            law_of(laws, material[i], material[j]),
+            relative,
+            (spin_i, spin_j),
+            (arm_i, arm_j),
+            time_step,
+        )
+
+
+@kernel
+def sphere_box_pass(particles, shapes, laws, contacts, time_step):
+    """Contacts of spheres with rounded boxes; the bonded boxes of a belt are one surface.
+
+    Boxes of a belt overlap, so a sphere near a seam lies on two or four of them. Only a box that the sphere overlaps
+    more deeply than its bonded neighbours carries it, and the history is handed on: a sphere that rolls over a flat
+    belt feels no seam, since the deepest one keeps force and normal continuous there (weighting all boxes by their
+    overlap dips by several per cent beside each seam), while one wedged between a belt's wings still touches both.
+    """
+    position, orientation, core = particles.position, particles.orientation, shapes.core
+    radius, start = shapes.radius, contacts.start
+    first, second, overlaps = contacts.first, contacts.second, contacts.overlap
+    for i in range(start.size - 1):
+        for k in range(start[i], start[i + 1]):
+            j = second[k]
+            overlap, _ = sphere_box(
+                at(position, i), radius[i], at(position, j), at4(orientation, j), at(core, j), radius[j]
+            )
+            overlaps[k] = overlap
+        for k in range(start[i], start[i + 1]):
+            if is_deepest(contacts, k):
+                inherit(contacts, k)
+        for k in range(start[i], start[i + 1]):
+            if is_deepest(contacts, k):
+                sphere_on_box(particles, shapes, laws, contacts, k, first[k], second[k], time_step)
+            elif contacts.stiffness[k] > 0.0:
+                forget(contacts, k)
+
+
+@inner
+def is_deepest(contacts, k):
+    """Whether pair k touches and no bonded neighbour of its box overlaps more; equals go to the lower pair."""
+    overlap = contacts.overlap[k]
+    if overlap <= 0.0:
+        return False
+    for n in range(4):
+        other = contacts.beside[n, k]
+        if other >= 0:
+            rival = contacts.overlap[other]
+            if rival > overlap or (rival == overlap and other < k):
+                return False
+    return True
+
+
+@inner
+def inherit(contacts, k):
+    """Hand the history of a bonded neighbour that carries no more on to pair k, which begins to carry."""
+    if contacts.stiffness[k] > 0.0:
+        return
+    for n in range(4):
+        other = contacts.beside[n, k]
+        if other >= 0 and contacts.stiffness[other] > 0.0 and not is_deepest(contacts, other):
+            contacts.stiffness[k] = contacts.stiffness[other]
+            put(contacts.spring, k, at(contacts.spring, other))
+            put(contacts.rolling, k, at(contacts.rolling, other))
+            return
+
+
+@inner
+def sphere_on_box(particles, shapes, laws, contacts, k, i, j, time_step):
+    """Loads of the sphere i on the box j, a flat face for the sphere's radius."""
+    centre, box_centre = at(particles.position, i), at(particles.position, j)
+    radius = shapes.radius[i]
+    overlap, normal = sphere_box(
+        centre, radius, box_centre, at4(particles.orientation, j), at(shapes.core, j), shapes.radius[j]
+    )
+    arm_i = scaled(normal, 0.5 * overlap - radius)
+    arm_j = sub(add(centre, arm_i), box_centre)
+    spin_i, spin_j = at(particles.angular_velocity, i), at(particles.angular_velocity, j)
+    velocity_i = surface(at(particles.velocity, i), spin_i, arm_i)
+    velocity_j = surface(at(particles.velocity, j), spin_j, arm_j)
+    mass_i, mass_j = particles.mass[i], particles.mass[j]
+    hertz_mindlin(
+        contacts,
+        k,
+        overlap,
+        normal,
+        radius,
+        mass_i * mass_j / (mass_i + mass_j),
+        law_of(laws, shapes.material[i], shapes.material[j]),
+        sub(velocity_i, velocity_j),
+        (spin_i, spin_j),
+        (arm_i, arm_j),
+        time_step,
+    )
+
+
+@kernel
+def sphere_part_pass(particles, shapes, laws, contacts, parts, time_step):
+    """Contacts of spheres with cylinders and planes (parts of infinite radius)."""
+    position, velocity, spin = particles.position, particles.velocity, particles.angular_velocity
+    mass, radius, material = particles.mass, shapes.radius, shapes.material
+    first, second, overlaps = contacts.first, contacts.second, contacts.overlap
+    for k in range(first.size):
+        i, p = first[k], second[k]
+        centre, middle, axis = at(position, i), at(parts.position, p), axis_z(at4(parts.orientation, p))
+        size = parts.radius[p]
+        if math.isinf(size):
+            overlap, normal = sphere_plane(centre, radius[i], middle, axis)
+            reduced = radius[i]
+        else:
+            overlap, normal = sphere_cylinder(
+                centre, radius[i], middle, axis, size, parts.half_length[p], parts.edge_radius[p]
+            )
+            # Curved one way only: the geometric mean of the two relative radii, r and r R / (r + R).
+            reduced = radius[i] * math.sqrt(size / (radius[i] + size))
+        overlaps[k] = overlap
+        if overlap <= 0.0:
+            if contacts.stiffness[k] > 0.0:
+                forget(contacts, k)
+            continue
+        arm_i = scaled(normal, 0.5 * overlap - radius[i])
+        arm_p = sub(add(centre, arm_i), middle)
+        spin_i, spin_p = at(spin, i), at(parts.angular_velocity, p)
+        relative = sub(surface(at(velocity, i), spin_i, arm_i), surface(at(parts.velocity, p), spin_p, arm_p))
+        hertz_mindlin(
+            contacts,
+            k,
+            overlap,
+            normal,
+            reduced,
+            mass[i],
+            law_of(laws, material[i], parts.material[p]),
+            relative,
+            (spin_i, spin_p),
+            (arm_i, arm_p),
+            time_step,
+        )
+
+
+@kernel
+def box_cylinder_pass(particles, shapes, laws, contacts, parts, time_step):
+    """Line contacts of rounded boxes with cylinders."""
+    position, velocity, spin = particles.position, particles.velocity, particles.angular_velocity
+    orientation, mass, core = particles.orientation, particles.mass, shapes.core
+    first, second, overlaps, loads = contacts.first, contacts.second, contacts.overlap, contacts.loads
+    for k in range(first.size):
+        i, p = first[k], second[k]
+        centre, middle, axis = at(position, i), at(parts.position, p), axis_z(at4(parts.orientation, p))
+        area, length, normal, point = box_cylinder(
+            centre,
+            at4(orientation, i),
+            at(core, i),
+            shapes.radius[i],
+            middle,
+            axis,
+            parts.radius[p],
+            parts.half_length[p],
+        )
+        overlaps[k] = area / length if length > 0.0 else -1.0
+        if length <= 0.0:
+            if contacts.stiffness[k] > 0.0:
+                forget(contacts, k)
+            continue
+        arm_i, arm_p = sub(point, centre), sub(point, middle)
+        relative = sub(
+            surface(at(velocity, i), at(spin, i), arm_i),
+            surface(at(parts.velocity, p), at(parts.angular_velocity, p), arm_p),
+        )
+        modulus, shear_modulus, damping, friction, _ = law_of(laws, shapes.material[i], parts.material[p])
+        stiffness = LINE_STIFFNESS * modulus * length
+        elastic = LINE_STIFFNESS * modulus * area
+        normal_force = damped_normal(elastic, stiffness, damping, mass[i], -dot(relative, normal))
+        shear_stiffness = stiffness * 4.0 * shear_modulus / modulus
+        bound = friction * max(normal_force, 0.0)
+        force = scaled(normal, normal_force)
+        force = touch(
+            contacts, k, force, normal, shear_stiffness, damping, mass[i], bound, relative, time_step
+        )
+        put_loads(loads, k, force, cross(arm_i, force), cross(force, arm_p))

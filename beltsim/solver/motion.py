@@ -1,0 +1,145 @@
+"""How parts move: prescribed, free or driven rotation about their axis, and sliding along one direction."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from beltsim.solver.jit import inner, kernel
+from beltsim.solver.state import Array
+from beltsim.solver.vectors import (
+    add,
+    at,
+    at4,
+    axis_z,
+    dot,
+    exponential,
+    norm,
+    plus,
+    product,
+    put,
+    put4,
+    scaled,
+)
+
+PRESCRIBED = 0
+FREE = 1
+
+
+class Amplitudes(NamedTuple):
+    """Factors over total time, all tables in one; table a is start[a]:start[a + 1]."""
+
+    start: Array  # (tables + 1,) int64
+    time: Array  # s, ascending within a table
+    factor: Array
+
+
+class Spins(NamedTuple):
+    """Rotation of each part about its local z axis."""
+
+    mode: Array  # (p,) int8: PRESCRIBED or FREE
+    rate: Array  # (p,) rad/s, of a prescribed rotation
+    amplitude: Array  # (p,) int32 table for rate or torque, -1: constant
+    inertia: Array  # (p,) kg m2
+    friction_torque: Array  # (p,) N m, of the bearing
+    torque: Array  # (p,) N m, of the drive
+
+
+class Slides(NamedTuple):
+    """Translation of each part: with a given velocity, or along a direction under a force, a spring and a damper."""
+
+    moves: Array  # (p,) 1, or 0 where the velocity is that of the surface only
+    direction: Array  # (3, p) unit
+    mass: Array  # (p,) kg; 0: the velocity is prescribed
+    force: Array  # (p,) N
+    amplitude: Array  # (p,) int32, as in Spins
+    stiffness: Array  # (p,) N/m
+    damping: Array  # (p,) N s/m
+    offset: Array  # (p,) m, from the place where the spring is relaxed
+
+
+@inner
+def factor_at(amplitudes, table, time):
+    """Factor of a table at a time: linear between its rows, constant outside; 1 for table -1."""
+    if table < 0:
+        return 1.0
+    first, last = amplitudes.start[table], amplitudes.start[table + 1] - 1
+    if time <= amplitudes.time[first]:
+        return amplitudes.factor[first]
+    if time >= amplitudes.time[last]:
+        return amplitudes.factor[last]
+    row = first + np.searchsorted(amplitudes.time[first : last + 1], time, side="right") - 1
+    share = (time - amplitudes.time[row]) / (amplitudes.time[row + 1] - amplitudes.time[row])
+    return amplitudes.factor[row] + share * (amplitudes.factor[row + 1] - amplitudes.factor[row])
+
+
+@inner
+def with_friction(rate, torque, friction, inertia, time_step):
+    """Rate after a step under a torque and dry bearing friction, which stops but never turns back."""
+    rate += time_step * torque / inertia
+    loss = time_step * friction / inertia
+    if abs(rate) <= loss:
+        return 0.0
+    return rate - loss if rate > 0.0 else rate + loss
+
+
+@kernel
+def move_parts(parts, spins, slides, amplitudes, time, time_step):
+    """Drift of all parts over one step, with the velocities of its middle."""
+    for p in range(parts.radius.size):
+        axis = axis_z(at4(parts.orientation, p))
+        if spins.mode[p] == PRESCRIBED and spins.rate[p] != 0.0:
+            rate = spins.rate[p] * factor_at(amplitudes, spins.amplitude[p], time + 0.5 * time_step)
+            put(parts.angular_velocity, p, scaled(axis, rate))
+        turn = exponential(scaled(at(parts.angular_velocity, p), time_step))
+        put4(parts.orientation, p, product(turn, at4(parts.orientation, p)))
+        if slides.moves[p] != 0.0:
+            velocity = at(parts.velocity, p)
+            put(parts.position, p, plus(at(parts.position, p), time_step, velocity))
+            if slides.mass[p] > 0.0:
+                slides.offset[p] += time_step * dot(velocity, at(slides.direction, p))
+
+
+@kernel
+def push_parts(parts, spins, slides, amplitudes, time, time_step):
+    """Kick of all parts that follow their loads, over one step at the given time."""
+    for p in range(parts.radius.size):
+        if spins.mode[p] == FREE:
+            axis = axis_z(at4(parts.orientation, p))
+            drive = spins.torque[p] * factor_at(amplitudes, spins.amplitude[p], time)
+            torque = drive + dot(at(parts.torque, p), axis)
+            rate = dot(at(parts.angular_velocity, p), axis)
+            rate = with_friction(rate, torque, spins.friction_torque[p], spins.inertia[p], time_step)
+            put(parts.angular_velocity, p, scaled(axis, rate))
+        if slides.mass[p] > 0.0:
+            direction = at(slides.direction, p)
+            speed = dot(at(parts.velocity, p), direction)
+            force = slides.force[p] * factor_at(amplitudes, slides.amplitude[p], time)
+            force += dot(at(parts.force, p), direction)
+            force -= slides.stiffness[p] * slides.offset[p] + slides.damping[p] * speed
+            speed += time_step * force / slides.mass[p]
+            put(parts.velocity, p, scaled(direction, speed))
+
+
+@inner
+def fastest_part(parts, slides):
+    """Largest speed of a part that moves [m/s]."""
+    fastest = 0.0
+    for p in range(parts.radius.size):
+        if slides.moves[p] != 0.0:
+            fastest = max(fastest, norm(at(parts.velocity, p)))
+    return fastest
+
+
+@inner
+def sum_part_loads(parts, contacts):
+    """Add the contact loads of a part list (rows are parts) to the parts."""
+    for p in range(parts.radius.size):
+        force, torque = at(parts.force, p), at(parts.torque, p)
+        for k in range(contacts.start[p], contacts.start[p + 1]):
+            loads = contacts.loads
+            force = add(force, (-loads[0, k], -loads[1, k], -loads[2, k]))
+            torque = add(torque, (loads[6, k], loads[7, k], loads[8, k]))
+        put(parts.force, p, force)
+        put(parts.torque, p, torque)

@@ -1,0 +1,239 @@
+"""Where two shapes touch: pure geometry, one function for each pair of shapes.
+
+A rounded box is a core box grown by its edge radius, a sphere is a point grown by its radius, a rounded cylinder is a
+core cylinder grown by its edge radius: every pair reduces to the nearest points of two cores.
+Normals are unit vectors from the second shape to the first.
+"""
+
+from __future__ import annotations
+
+import math
+
+from beltsim.solver.jit import inner
+from beltsim.solver.vectors import (
+    add,
+    axis_x,
+    axis_y,
+    axis_z,
+    dot,
+    norm,
+    plus,
+    rotate,
+    rotate_back,
+    scaled,
+    sub,
+)
+
+TINY = 1e-300
+LINE_SWEEPS = (
+    3  # cyclic descent over two variables: exact after one for a belt on a roller, to rounding after three
+)
+LINE_REGULARISATION = 1e-5
+
+
+@inner
+def clamp(value, limit):
+    """Value within -limit..limit."""
+    return min(max(value, -limit), limit)
+
+
+@inner
+def sphere_sphere(centre_1, radius_1, centre_2, radius_2):
+    """Overlap and normal of two spheres; coincident centres get the normal +z."""
+    d = sub(centre_1, centre_2)
+    distance = norm(d)
+    normal = scaled(d, 1.0 / distance) if distance > TINY else (0.0, 0.0, 1.0)
+    return radius_1 + radius_2 - distance, normal
+
+
+@inner
+def sphere_box(centre, radius, box_centre, orientation, core, edge_radius):
+    """Overlap and normal of a sphere and a rounded box.
+
+    Parameters
+    ----------
+    centre, radius : of the sphere [m]
+    box_centre, orientation : (3,) and (4,)
+    core : (3,) half extents of the box without its edge radius [m]; all zero for a sphere
+    edge_radius : [m]
+
+    A centre inside the core is pushed out through the nearest face.
+    """
+    local = rotate_back(orientation, sub(centre, box_centre))
+    nearest = (clamp(local[0], core[0]), clamp(local[1], core[1]), clamp(local[2], core[2]))
+    out = sub(local, nearest)
+    distance = norm(out)
+    if distance > TINY:
+        return radius + edge_radius - distance, rotate(orientation, scaled(out, 1.0 / distance))
+    depth, normal = nearest_face(local, core)
+    return radius + edge_radius + depth, rotate(orientation, normal)
+
+
+@inner
+def nearest_face(local, core):
+    """Depth of a point inside a box below its nearest face, and that face's normal, both local."""
+    depth_x = core[0] - abs(local[0])
+    depth_y = core[1] - abs(local[1])
+    depth_z = core[2] - abs(local[2])
+    if depth_z <= depth_x and depth_z <= depth_y:
+        return depth_z, (0.0, 0.0, 1.0 if local[2] >= 0.0 else -1.0)
+    if depth_y <= depth_x:
+        return depth_y, (0.0, 1.0 if local[1] >= 0.0 else -1.0, 0.0)
+    return depth_x, (1.0 if local[0] >= 0.0 else -1.0, 0.0, 0.0)
+
+
+@inner
+def sphere_cylinder(centre, radius, middle, axis, cylinder_radius, half_length, edge_radius):
+    """Overlap and normal of a sphere and a finite cylinder with rounded edges.
+
+    `cylinder_radius` and `half_length` are outer sizes, the edge radius is inside them. A centre inside the core is
+    pushed out through the mantle or the end, whichever is nearer; on the axis the direction is fixed by the axis.
+    """
+    core_radius = cylinder_radius - edge_radius
+    core_length = half_length - edge_radius
+    d = sub(centre, middle)
+    height = dot(d, axis)
+    radial = plus(d, -height, axis)
+    distance = norm(radial)
+    outward = scaled(radial, 1.0 / distance) if distance > TINY else any_normal(axis)
+    out_radial = distance - min(distance, core_radius)
+    out_height = height - clamp(height, core_length)
+    out = math.sqrt(out_radial * out_radial + out_height * out_height)
+    if out > TINY:
+        normal = scaled(plus(scaled(outward, out_radial), out_height, axis), 1.0 / out)
+        return radius + edge_radius - out, normal
+    if core_radius - distance <= core_length - abs(height):
+        return radius + edge_radius + core_radius - distance, outward
+    end = 1.0 if height >= 0.0 else -1.0
+    return radius + edge_radius + core_length - abs(height), scaled(axis, end)
+
+
+@inner
+def any_normal(axis):
+    """A unit vector normal to `axis`, always the same one."""
+    x, y, z = axis
+    if abs(x) < 0.6:
+        other = (0.0, z, -y)
+    else:
+        other = (-z, 0.0, x)
+    return scaled(other, 1.0 / norm(other))
+
+
+@inner
+def sphere_plane(centre, radius, point, normal):
+    """Overlap and normal of a sphere and a half space, solid below its plane."""
+    return radius - dot(sub(centre, point), normal), normal
+
+
+@inner
+def nearest_on_section(start, b, c):
+    """Coordinates (s, t) in [-1, 1]^2 of the point start + s b + t c nearest to the origin.
+
+    Cyclic descent on the 2 x 2 Gram matrix. Its diagonal grows by a 1e-5th of the half extents squared, which keeps the
+    point in the middle where an edge is parallel to the cylinder and every point of it is equally near.
+    """
+    extra = LINE_REGULARISATION * (dot(b, b) + dot(c, c)) + TINY
+    bb, cc, bc = dot(b, b) + extra, dot(c, c) + extra, dot(b, c)
+    sb, sc = dot(start, b), dot(start, c)
+    s = 0.0
+    t = 0.0
+    for _ in range(LINE_SWEEPS):
+        s = clamp(-(sb + bc * t) / bb, 1.0)
+        t = clamp(-(sc + bc * s) / cc, 1.0)
+    return s, t
+
+
+@inner
+def flatten(v, axis):
+    """Part of v normal to the axis."""
+    return plus(v, -dot(v, axis), axis)
+
+
+@inner
+def sorted_box_axes(orientation, core, axis):
+    """Half-edge vectors of a core box: first the one most parallel to `axis`, then the other two."""
+    x = scaled(axis_x(orientation), core[0])
+    y = scaled(axis_y(orientation), core[1])
+    z = scaled(axis_z(orientation), core[2])
+    # Compared without their lengths: the direction decides, not the size.
+    px = abs(dot(axis_x(orientation), axis))
+    py = abs(dot(axis_y(orientation), axis))
+    pz = abs(dot(axis_z(orientation), axis))
+    if py >= px and py >= pz:
+        return y, x, z
+    if px >= pz:
+        return x, y, z
+    return z, x, y
+
+
+@inner
+def box_cylinder(box_centre, orientation, core, edge_radius, middle, axis, cylinder_radius, half_length):
+    """Line contact of a rounded box and a cylinder's mantle.
+
+    The box is swept along its edge direction most parallel to the axis; the overlap at both ends of the part above
+    the mantle gives a line whose overlap varies linearly, and the integral of its positive part is exact. So tilt moves
+    the centre of the force along the line and leaves its size, and a box that leaves over the cylinder's end does so
+    gradually.
+
+    Returns
+    -------
+    area : integral of the overlap along the line [m^2]
+    length : of the part that touches [m]
+    normal : (3,) from the cylinder to the box
+    point : (3,) centre of the pressure on the mantle [m]
+    """
+    nothing = (0.0, 0.0, (0.0, 0.0, 1.0), middle)
+    along, b, c = sorted_box_axes(orientation, core, axis)
+    centre = sub(box_centre, middle)
+    low, high = span_above_mantle(dot(centre, axis), dot(along, axis), half_length)
+    if low >= high:
+        return nothing
+    flat_b, flat_c = flatten(b, axis), flatten(c, axis)
+    reach = cylinder_radius + edge_radius
+    near_low = nearest_to_axis(plus(centre, low, along), b, c, flat_b, flat_c, axis)
+    near_high = nearest_to_axis(plus(centre, high, along), b, c, flat_b, flat_c, axis)
+    overlap_low = reach - norm(flatten(near_low, axis))
+    overlap_high = reach - norm(flatten(near_high, axis))
+    share, mean, place = positive_part(overlap_low, overlap_high)
+    if share <= 0.0:
+        return nothing
+    line = sub(near_high, near_low)
+    length = share * norm(line)
+    at_line = plus(near_low, place, line)
+    radial = flatten(at_line, axis)
+    distance = norm(radial)
+    normal = scaled(radial, 1.0 / distance) if distance > TINY else any_normal(axis)
+    point = plus(add(middle, sub(at_line, radial)), cylinder_radius, normal)
+    return mean * length, length, normal, point
+
+
+@inner
+def span_above_mantle(height, slope, half_length):
+    """Range of s in [-1, 1] where |height + s slope| <= half_length."""
+    if abs(slope) < TINY:
+        return (-1.0, 1.0) if abs(height) <= half_length else (1.0, -1.0)
+    s1 = (-half_length - height) / slope
+    s2 = (half_length - height) / slope
+    return max(-1.0, min(s1, s2)), min(1.0, max(s1, s2))
+
+
+@inner
+def nearest_to_axis(start, b, c, flat_b, flat_c, axis):
+    """Point of the rectangle start + s b + t c nearest to the axis through the origin."""
+    s, t = nearest_on_section(flatten(start, axis), flat_b, flat_c)
+    return plus(plus(start, s, b), t, c)
+
+
+@inner
+def positive_part(low, high):
+    """Share of a line with positive overlap, the mean overlap there, and its centre (0 at low, 1 at high)."""
+    if low <= 0.0 and high <= 0.0:
+        return 0.0, 0.0, 0.5
+    if low >= 0.0 and high >= 0.0:
+        mean = 0.5 * (low + high)
+        return 1.0, mean, (low + 2.0 * high) / (6.0 * mean)
+    if high > 0.0:
+        share = high / (high - low)
+        return share, 0.5 * high, 1.0 - share / 3.0
+    share = low / (low - high)
+    return share, 0.5 * low, share / 3.0

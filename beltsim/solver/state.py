@@ -1,0 +1,119 @@
+"""The arrays that kernels take, as flat NamedTuples. The one page about their layout.
+
+Vectors are stored by component: (3, n) and (4, n), C order, so that each component is contiguous.
+A NamedTuple never changes; the arrays in it do. Kernels unpack what they use on their first lines and name only locals
+in their loops: numba loses writes through a NamedTuple inside prange
+without a word (measured), and unpacked is fastest.
+Tuples stay at ten fields or below, numba's quick path.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+Array = np.ndarray
+
+
+class Particles(NamedTuple):
+    """State of all particles; row k is particle k."""
+
+    position: Array  # (3, n) m
+    velocity: Array  # (3, n) m/s
+    orientation: Array  # (4, n) w, x, y, z
+    angular_momentum: Array  # (3, n) kg m2/s, world axes
+    angular_velocity: Array  # (3, n) rad/s, world axes
+    force: Array  # (3, n) N
+    torque: Array  # (3, n) N m
+    mass: Array  # (n,) kg
+    inertia: Array  # (3, n) kg m2, principal, local axes
+    mobility: Array  # (2, n) 1 or 0: moves under force, turns under torque
+
+
+class Shapes(NamedTuple):
+    """What particles look like to contacts."""
+
+    core: Array  # (3, n) half extents without the edge radius, m; 0 for spheres
+    radius: Array  # (n,) radius of a sphere, edge radius of a rounded box, m
+    bounding: Array  # (n,) radius of the bounding sphere, m
+    material: Array  # (n,) int32, row of the contact laws
+    group: Array  # (n,) int32, row of `may_touch`
+    may_touch: Array  # (groups, groups) bool
+
+
+class Bonds(NamedTuple):
+    """Bonds between particles; row b is bond b."""
+
+    first: Array  # (m,) int32
+    second: Array  # (m,) int32
+    kind: Array  # (m,) int32, row of BondKinds
+    intact: Array  # (m,) int8, 1 until it breaks
+    loads: Array  # (9, m) force on the first, torque on the first, torque on the second
+
+
+class BondKinds(NamedTuple):
+    """Bonds that share their stress-free state and properties share one row: grids have a handful."""
+
+    rest_length: Array  # (k,) m
+    triad_first: Array  # (4, k) bond triad in the first particle's local frame
+    triad_second: Array  # (4, k)
+    stiffness: Array  # (3, k) axial, shear along the width, along the thickness, N/m
+    angular_stiffness: Array  # (3, k) twist, bending about the width, about the thickness, N m
+    damping: Array  # (3, k) N s/m
+    angular_damping: Array  # (3, k) N m s
+
+
+class BondStrength(NamedTuple):
+    """Only for scenes with breakable bonds."""
+
+    section: Array  # (4, k) area, section moduli about width, about thickness, torsion
+    strength: Array  # (2, k) tensile, shear, Pa; inf where not given
+    broken_step: Array  # (m,) int64, -1 while intact
+    mode: Array  # (m,) int8, 1 tension, 2 shear
+
+
+class Contacts(NamedTuple):
+    """A list of pairs that may touch before the list is rebuilt, with their history."""
+
+    start: Array  # (rows + 1,) int64: pairs of row r are start[r]:start[r + 1]
+    first: Array  # (p,) int32 particle
+    second: Array  # (p,) int32 particle or part
+    spring: Array  # (3, p) tangential spring force, N
+    stiffness: Array  # (p,) tangential stiffness of the step before, N/m; 0: not touching
+    rolling: Array  # (3, p) rolling moment, N m
+    loads: Array  # (9, p) as Bonds.loads
+    overlap: Array  # (p,) m, of the last step
+    beside: Array  # (4, p) int32 pair of the same sphere with a bonded neighbour of the box, -1: none
+
+
+class Laws(NamedTuple):
+    """Contact parameters of material pairs, (materials, materials) each."""
+
+    normal_modulus: Array  # E*, Pa
+    shear_modulus: Array  # G*, Pa
+    damping: Array  # ratio b of the linear spring
+    friction: Array
+    rolling_friction: Array
+
+
+class Parts(NamedTuple):
+    """Cylinders and planes that carry or drive; row p is part p."""
+
+    position: Array  # (3, p) m
+    orientation: Array  # (4, p), local z: axis of a cylinder, outward normal of a plane
+    velocity: Array  # (3, p) m/s
+    angular_velocity: Array  # (3, p) rad/s
+    force: Array  # (3, p) N, from contacts
+    torque: Array  # (3, p) N m, about the centre
+    radius: Array  # (p,) m, outer
+    half_length: Array  # (p,) m, outer
+    edge_radius: Array  # (p,) m
+    material: Array  # (p,) int32
+
+
+class Loads(NamedTuple):
+    """Which pair loads each particle sums: entry 2 k is side one of pair k, 2 k + 1 side two."""
+
+    start: Array  # (n + 1,) int64
+    entry: Array  # (2 p,) int64

@@ -1,0 +1,158 @@
+"""The time step of a stage: what limits it, named, and the refusal of a step beyond it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from beltsim.console import CommandError, ExitCode
+from beltsim.scene import Scene
+from beltsim.scene.bodies import BOX, SPHERE
+from beltsim.solver.contact import LINE_STIFFNESS
+from beltsim.solver.motion import Slides, Spins
+from beltsim.solver.state import Parts
+from beltsim.solver.timestep import (
+    IMPACT_STEPS,
+    bond_row_sums,
+    damped_limit,
+    impact_duration,
+)
+
+TRAVEL = 0.1  # share of the smallest radius or thickness that a particle may move in one step
+
+
+class TimeStepError(CommandError):
+    """A time step beyond the stability limit."""
+
+    exit_code = ExitCode.INVALID_INPUT
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A time step [s] that must not be exceeded, and what sets it."""
+
+    time_step: float
+    cause: str
+
+
+def reference_speed(scene: Scene, parts: Parts, spins: Spins) -> float:
+    """Speed [m/s] of the hardest impact to expect: the fastest thing at the start, and a fall through the scene."""
+    population = scene.population
+    speeds = [0.0, *np.linalg.norm(population.particles.velocity, axis=0)]
+    speeds += [np.linalg.norm(block.rows["velocity"]) for block in scene.sources]
+    finite = np.isfinite(parts.radius)
+    turning = np.maximum(np.abs(spins.rate), np.linalg.norm(parts.angular_velocity, axis=0))
+    speeds += list(np.where(finite, parts.radius, 0.0) * turning)
+    speeds += list(np.linalg.norm(parts.velocity, axis=0))
+    return float(max(speeds)) + math.sqrt(2.0 * drop_of(scene, parts))
+
+
+def drop_of(scene: Scene, parts: Parts) -> float:
+    """Gravity times the height of the scene along it [m2/s2]."""
+    g = float(np.linalg.norm(scene.gravity))
+    if g == 0.0:
+        return 0.0
+    places = [scene.population.particles.position.T, parts.position.T]
+    places += [np.reshape(block.rows["box"], (-1, 3)) for block in scene.sources]
+    heights = np.concatenate(places) @ scene.gravity
+    return float(np.ptp(heights)) if heights.size else 0.0
+
+
+def impact_limits(scene: Scene, speed: float) -> list[Limit]:
+    """A twentieth of the impact of each kind of sphere with the hardest material that it may touch."""
+    limits = []
+    modulus = scene.laws.normal_modulus
+    for body in scene.population.bodies:
+        if body.shape == SPHERE and speed > 0.0:
+            hardest = float(modulus[scene.materials.row[body.material]].max())
+            if hardest > 0.0:
+                # The least reduced mass and radius that a partner of its own kind gives.
+                radius, mass = 0.5 * body.edge_radius, 0.5 * body.mass
+                duration = impact_duration(radius, hardest, mass, speed)
+                limits.append(Limit(duration / IMPACT_STEPS, f"impact of {body.name} at {speed:.3g} m/s"))
+    return limits
+
+
+def line_contact_rows(scene: Scene) -> np.ndarray:
+    """Share (n,) [1/s2] of a line contact with the hardest part in the bound of each box."""
+    population, parts = scene.population, scene.machinery.parts
+    share = np.zeros(population.count)
+    if not parts.radius.size:
+        return share
+    of_parts = scene.laws.normal_modulus[:, parts.material].max(axis=1)
+    for n, body in enumerate(population.bodies):
+        if body.shape == BOX:
+            slots = population.species == n
+            length = 2.0 * population.half_extent[slots].max(axis=1)
+            stiffness = LINE_STIFFNESS * of_parts[scene.materials.row[body.material]] * length
+            lever = (
+                population.particles.mass[slots]
+                * population.half_extent[slots].max(axis=1) ** 2
+                / population.particles.inertia[:, slots].min(axis=0)
+            )
+            share[slots] = stiffness * (2.0 + lever) / population.particles.mass[slots]
+    return share
+
+
+def bond_limit(scene: Scene) -> Limit | None:
+    """Limit of the bonds, with damping and with the contacts of belt particles with parts."""
+    if scene.bonds is None:
+        return None
+    particles, kinds = scene.population.particles, scene.kinds
+    elastic = bond_row_sums(
+        particles, scene.bonds, kinds, kinds.stiffness, kinds.angular_stiffness, True
+    ).max(axis=0) + line_contact_rows(scene)
+    viscous = bond_row_sums(particles, scene.bonds, kinds, kinds.damping, kinds.angular_damping, False).max(axis=0)
+    worst = int(np.argmax(elastic))
+    limit = damped_limit(float(elastic.max()), float(viscous.max()))
+    return Limit(limit, f"bonds of particle {scene.population.id[worst]}")
+
+
+def travel_limit(scene: Scene, speed: float) -> Limit | None:
+    """A tenth of the smallest radius or thickness in one step."""
+    if speed <= 0.0 or not scene.population.bodies:
+        return None
+    smallest = min(min(body.half_extent) for body in scene.population.bodies)
+    return Limit(TRAVEL * smallest / speed, f"travel at {speed:.3g} m/s")
+
+
+def stable_limit(scene: Scene, parts: Parts, spins: Spins) -> Limit:
+    """The smallest of all limits of a stage."""
+    speed = reference_speed(scene, parts, spins)
+    found = [bond_limit(scene), travel_limit(scene, speed), *impact_limits(scene, speed)]
+    found = [limit for limit in found if limit is not None]
+    return min(found, key=lambda limit: limit.time_step, default=Limit(math.inf, "nothing"))
+
+
+def choose(scene: Scene, block, slides: Slides, spins: Spins, *, allow_unstable: bool = False) -> tuple[float, str]:
+    """Time step [s] of a *STEP, and a sentence that says what sets it.
+
+    Raises
+    ------
+    TimeStepError
+        For a given step above the limit, unless `allow_unstable`.
+    """
+    limit = stable_limit(scene, scene.machinery.parts, spins)
+    sliding = slides.mass > 0.0
+    if np.any(sliding & (slides.stiffness > 0.0)):
+        frequency = np.max(slides.stiffness[sliding] / slides.mass[sliding])
+        limit = min(limit, Limit(2.0 / math.sqrt(frequency), "a suspension"), key=lambda one: one.time_step)
+    given = block["TIME STEP"]
+    duration = block["DURATION"]
+    if given == "AUTO":
+        wanted = block["SAFETY"] * limit.time_step
+        if not math.isfinite(wanted):
+            wanted = duration / 1000.0
+        steps = max(1, math.ceil(duration / wanted))
+        return duration / steps, (
+            f"time step {duration / steps:.4g} s (AUTO: {block['SAFETY']:g} x {limit.time_step:.4g} s, "
+            f"set by {limit.cause})"
+        )
+    if given > limit.time_step and not allow_unstable:
+        raise TimeStepError(
+            f"{block.where}: found a time step of {given:.6g} s, expected at most {limit.time_step:.6g} s: "
+            f"it exceeds the stability limit set by {limit.cause}"
+        )
+    return given, f"time step {given:.4g} s ({given / limit.time_step:.2f} of the limit set by {limit.cause})"
