@@ -1,0 +1,150 @@
+"""The options of `partconvert` and how they become `Settings`."""
+
+from __future__ import annotations
+
+import re
+
+import click
+
+from beltsim.console import UsageProblem
+
+from .convert import Settings
+from .finding import UNITS
+
+
+class Quantity(click.ParamType):
+    """A number with an optional unit, as `133mm` or `2.5 m/s`; without one SI."""
+
+    def __init__(self, dimension: str, *, signed: bool = False, zero: bool = False):
+        self.dimension, self.signed, self.zero = dimension, signed, zero
+        self.name = dimension
+
+    def convert(self, value, param, ctx):
+        """SI float of the text."""
+        if isinstance(value, float):
+            return value
+        from beltsim.inp.units import UNITS as KNOWN
+        from beltsim.inp.units import to_si
+
+        units = KNOWN[self.dimension]
+        match = re.fullmatch(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*)", value.strip())
+        if not match:
+            self.fail(f"'{value}' is not a number with a unit such as 1.5 {next(iter(units))}", param, ctx)
+        if match[2] and match[2] not in units:
+            self.fail(f"unit '{match[2]}' in '{value}', expected one of {', '.join(units)}", param, ctx)
+        si = to_si(match[1], units[match[2]] if match[2] else next(iter(units.values())))
+        if not abs(si) < 1e300 or (si < 0 and not self.signed) or (si == 0 and not self.zero):
+            self.fail(f"'{value}' is out of range", param, ctx)
+        return si
+
+
+class Unit(click.ParamType):
+    """A unit of length by name, or its millimetres."""
+
+    name = "unit"
+
+    def convert(self, value, param, ctx):
+        """Millimetres per unit."""
+        if isinstance(value, float):
+            return value
+        if value in UNITS:
+            return UNITS[value]
+        try:
+            number = float(value)
+        except ValueError:
+            number = 0.0
+        if not 1e-9 < number < 1e9:
+            self.fail(f"'{value}': expected {', '.join(UNITS)} or millimetres per unit", param, ctx)
+        return number
+
+
+class Colour(click.ParamType):
+    """A colour as #rrggbb."""
+
+    name = "#rrggbb"
+
+    def convert(self, value, param, ctx):
+        """The colour in lower case."""
+        if not re.fullmatch("#[0-9a-fA-F]{6}", value):
+            self.fail(f"'{value}' is not a colour such as #3366cc", param, ctx)
+        return value.lower()
+
+
+def _option(flag: str, kind, text: str, *, default=None, name: str | None = None):
+    names = (flag, name) if name else (flag,)
+    return click.option(*names, type=kind, default=default, show_default=default is not None, help=text)
+
+
+def _choice(flag: str, values: str, text: str, *, default=None, name=None):
+    return _option(
+        flag, click.Choice(values.split("|"), case_sensitive=False), text, default=default, name=name
+    )
+
+
+LENGTH = Quantity("length")
+
+OPTIONS = [
+    # what counts as a roller
+    _option("--unit", Unit(), "Unit of the drawing: mm, cm, m, in, ft or millimetres. Default: as the file says.",
+            name="unit_mm"),
+    _choice("--section", "largest|longest", "Which outer cylinder of a body is its drum, e.g. between flanges.",
+            default="largest"),
+    click.option("--cones", is_flag=True, help="Write conical and barrel-shaped bodies at their largest diameter."),
+    click.option("--merge-coaxial", is_flag=True,
+                 help="Bodies on one axis that overlap (shaft in tube) become one roller, the widest."),
+    _option("--min-diameter", LENGTH, "Leave thinner cylinders out [m, or with a unit: 50mm]."),
+    _option("--max-diameter", LENGTH, "Leave thicker cylinders out [m, or with a unit]."),
+    _choice("--only", "pulley|idler", "Write this class only."),
+    # sizes
+    _choice("--length", "drum|face|overall",
+            "Written length: drum = straight part with its fillets, chamfers and crowns; face = straight part; "
+            "overall = with journals.", default="drum"),
+    _option("--edge-radius", Quantity("length", zero=True),
+            "Edge radius [m, or with a unit]. Default: that of fillets at both ends, else 0."),
+    _option("--tolerance", LENGTH,
+            "Sizes that differ by less are identical [m, or with a unit]. Default: 0.01 mm or 1e-5 of the size."),
+    # classes
+    _option("--diameter-limit", LENGTH, "At or above this diameter: pulley [m, or with a unit: 300mm]."),
+    _option("--quantity-limit", click.IntRange(min=0),
+            "At or below this count of identical cylinders: pulley; all others are idlers."),
+    # output
+    _choice("--as", "parts|particles|auto",
+            "Write parts (with motion features), particles held in place (with edge radii), or pulleys as parts and "
+            "idlers as particles (auto).", default="parts", name="output_as"),
+    _choice("--name-by", "class|geometry|cad", "Names: pulley_001, idler_d133x380_001, or the CAD system's.",
+            default="class"),
+    click.option("--name-prefix", default="", help="Put before every name, so that several files fit one case."),
+    _option("--first-id", click.IntRange(min=0), "Id of the first particle.", default=1),
+    _choice("--sort", "auto|x|y|z|file",
+            "Order: auto = along the belt, without one along the longest side of all; file = as in the file.",
+            default="auto"),
+    _choice("--colour-by", "class|geometry|none", "One colour for each class or each geometry.", default="class"),
+    _option("--pulley-colour", Colour(), "Colour of pulleys.", default=Settings.pulley_colour),
+    _option("--idler-colour", Colour(), "Colour of idlers.", default=Settings.idler_colour),
+    click.option("--material", default="steel", show_default=True, help="Name of the material."),
+    _option("--density", Quantity("density"), "Density of the material [kg/m3].", default=Settings.density),
+    _option("--youngs-modulus", Quantity("pressure"), "Young's modulus of the material [Pa, MPa, GPa].",
+            default=Settings.youngs_modulus),
+    click.option("--poisson-ratio", type=click.FloatRange(-1, 0.5, min_open=True, max_open=True), default=0.3,
+                 show_default=True, help="Poisson's ratio of the material."),
+]  # fmt: skip
+
+
+def add_options(command):
+    """Decorate a click command with all options of the conversion."""
+    for option in reversed(OPTIONS):
+        command = option(command)
+    return command
+
+
+def settings_from(options: dict) -> Settings:
+    """The settings that the options ask for; `UsageProblem` where they contradict."""
+    output, only = options.pop("output_as"), options.pop("only")
+    settings = Settings(output=output, only=only.upper() if only else None, **options)
+    low, high = settings.min_diameter, settings.max_diameter
+    if low is not None and high is not None and low > high:
+        raise UsageProblem(f"--min-diameter {low:g} m is above --max-diameter {high:g} m")
+    for flag, text in (("--name-prefix", settings.name_prefix), ("--material", settings.material)):
+        if re.search(r"""[\s,"*?=]""", text) or (flag == "--material" and not text):
+            raise UsageProblem(f"{flag}: '{text}' holds blanks or signs that a name may not have")
+    return settings
