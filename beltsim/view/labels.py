@@ -9,31 +9,44 @@ from .colours import colour_map
 from .scenery import Legend, Scenery
 
 INK = (45, 50, 58)
+PANEL = (255, 255, 255, 190)
+
+
+def text_height(height: int) -> int:
+    """Size of the text in a picture of `height` pixels: 1/42, at least 9 pixels."""
+    return max(9, round(height / 42))
 
 
 def annotate(image: Image.Image, scenery: Scenery) -> Image.Image:
-    """Write the scenery's caption at the lower left and its colour bar at the right; text is 1/42 of the height."""
-    font = ImageFont.load_default(max(9, round(image.height / 42)))
-    draw = ImageDraw.Draw(image)
+    """Write the scenery's caption at the lower left and its colour bar at the right."""
+    font = ImageFont.load_default(text_height(image.height))
     if scenery.caption:
-        draw.text((0.02 * image.width, 0.97 * image.height), scenery.caption, INK, font, anchor="ld")
+        place = (0.02 * image.width, image.height - font.size)
+        ImageDraw.Draw(image).text(place, scenery.caption, INK, font, anchor="ld")
     if scenery.legend:
-        _colour_bar(image, draw, font, scenery.legend)
+        _colour_bar(image, font, scenery.legend)
     return image
 
 
-def _colour_bar(image: Image.Image, draw: ImageDraw.ImageDraw, font, legend: Legend) -> None:
-    left, top = round(0.915 * image.width), round(0.25 * image.height)
-    width, height = max(4, round(0.013 * image.width)), round(0.5 * image.height)
-    panel = (0.9 * image.width, top - 0.08 * image.height, 0.99 * image.width, 0.79 * image.height)
-    ImageDraw.Draw(image, "RGBA").rounded_rectangle(panel, font.size // 2, (255, 255, 255, 190))
+def _colour_bar(image: Image.Image, font: ImageFont.FreeTypeFont, legend: Legend) -> None:
+    """A panel in the middle of the right edge: the label, and below it the bar with five values."""
+    em = font.size
+    values = [f"{value:.3g}" for value in np.linspace(legend.high, legend.low, 5)]
+    widest = max(font.getlength(legend.label), 1.8 * em + max(map(font.getlength, values)))
+    right, top, bottom = image.width - 0.7 * em, 0.2 * image.height, 0.8 * image.height
+    left = right - widest - 1.4 * em
+    draw = ImageDraw.Draw(image, "RGBA")
+    draw.rounded_rectangle((left, top, right, bottom), em // 2, PANEL)
+    draw.text((left + 0.7 * em, top + 0.5 * em), legend.label, INK, font, anchor="la")
+    _bar(image, (round(left + 0.7 * em), round(top + 2.4 * em), em, round(bottom - top - 3.3 * em)), legend)
+    for place, value in zip(np.linspace(top + 2.4 * em, bottom - 0.9 * em, 5), values):
+        draw.line((left + 1.7 * em, place, left + 2.1 * em, place), INK)
+        draw.text((left + 2.4 * em, place), value, INK, font, anchor="lm")
+
+
+def _bar(image: Image.Image, place: tuple[int, int, int, int], legend: Legend) -> None:
+    left, top, width, height = place
     ramp = colour_map(legend.colour_map, np.linspace(1, 0, height), 0, 1)
-    bar = np.repeat(np.rint(ramp * 255).astype(np.uint8)[:, None], width, axis=1)
-    image.paste(Image.fromarray(bar), (left, top))
-    draw.rectangle((left, top, left + width - 1, top + height - 1), outline=INK)
-    for place, value in zip(np.linspace(1, 0, 5), np.linspace(legend.low, legend.high, 5)):
-        y = top + place * (height - 1)
-        draw.line((left + width, y, left + 1.3 * width, y), INK)
-        draw.text((left + 1.5 * width, y), f"{value:.3g}", INK, font, anchor="lm")
-    right = 0.985 * image.width
-    draw.text((right, top - 0.6 * font.size), legend.label, INK, font, anchor="rd")
+    pixels = np.repeat(np.rint(ramp * 255).astype(np.uint8)[:, None], width, axis=1)
+    image.paste(Image.fromarray(pixels), (left, top))
+    ImageDraw.Draw(image).rectangle((left, top, left + width - 1, top + height - 1), outline=INK)

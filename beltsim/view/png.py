@@ -70,7 +70,9 @@ def render(
     camera = camera or Camera()
     axes = view_axes(camera, np.ptp(bounds(scenery), axis=0))
     caster = Caster(scenery, section and section.left(axes[2]))
-    view = place(camera, axes, _to_see(caster, camera), caster.box, width / height, _margin(scenery))
+    view = place(
+        camera, axes, _to_see(caster, camera), caster.box, width / height, _margin(scenery, width, height)
+    )
     painter = Painter(caster, view, ground, width, height)
     starts = range(0, height, max(1, CHUNK // width))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -91,9 +93,11 @@ def _to_see(caster: Caster, camera: Camera) -> np.ndarray:
     return points
 
 
-def _margin(scenery: Scenery) -> np.ndarray:
-    """Shares of the picture kept free for text, at the left, right, bottom and top."""
-    return np.array([0.03, 0.14 if scenery.legend else 0.03, 0.09 if scenery.caption else 0.05, 0.05])
+def _margin(scenery: Scenery, width: int, height: int) -> np.ndarray:
+    """Shares of the picture kept free at the left, right, bottom and top; text takes a line, a colour bar 8 em."""
+    line = max(9, height / 42)
+    right = min(0.4, 8 * line / width) if scenery.legend else 0.0
+    return np.array([0.03, 0.03 + right, 0.05 + (1.2 * line / height if scenery.caption else 0.0), 0.05])
 
 
 class Painter:
