@@ -1,12 +1,19 @@
 """The sample conveyor: its belt touches every roll, cuts into none, and its CAD files are whole."""
 
 import re
+import shutil
 import sys
 from collections import Counter
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
+
+from beltconverter.cli import main as beltconvert
+from beltsim import inp
+from partconverter.cli import main as partconvert
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 sys.path[:0] = [str(SAMPLES / "conveyor"), str(SAMPLES)]
@@ -162,3 +169,55 @@ def test_the_files_are_what_the_script_writes(name):
     kept = (SAMPLES / "conveyor" / name).read_text(encoding="ascii")
     # Mathematical libraries differ in the last bit, which may turn the seventh digit of a length in mm.
     np.testing.assert_allclose(numbers(now), numbers(kept), rtol=1e-6, atol=2e-6)
+
+
+@pytest.fixture(scope="module")
+def converted(tmp_path_factory):
+    """Folder with the converted CAD files beside the case, and the deck read from it."""
+    folder = tmp_path_factory.mktemp("conveyor")
+    belt = ["--unit", "mm", "--elongation", "100.2%", "--fibres", "rows"]
+    rolls_by_name = ["--diameter-limit", "300mm", "--name-by", "cad"]
+    for command, source, target, options in (
+        (beltconvert, "belt.stl", "belt.inp", belt),
+        (partconvert, "frame.sat", "parts.inp", rolls_by_name),
+    ):
+        arguments = [str(SAMPLES / "conveyor" / source), "-o", str(folder / target), *options]
+        done = CliRunner().invoke(command, arguments)
+        assert done.exit_code == 0, done.output
+    shutil.copy(SAMPLES / "conveyor" / "case.inp", folder)
+    return inp.read_case(folder / "case.inp")
+
+
+def test_the_case_reads_with_the_converted_files(converted):
+    particles = sum(len(block.rows["id"]) for block in converted.blocks("PARTICLE"))
+    bonds = sum(len(block.rows["particles"]) for block in converted.blocks("BOND"))
+    rows, columns = NODES.shape[:2]
+    assert particles == rows * columns
+    assert bonds == rows * columns + rows * (columns - 1)
+
+
+def test_parts_stand_where_the_rolls_were_drawn_and_beams_are_left_out(converted):
+    parts = {block["NAME"].replace("_", " "): block for block in converted.blocks("PART")}
+    assert set(parts) == set(NAMES)
+    for roll in ROLLS:
+        part = parts[roll.name]
+        assert part["CLASS"] == ("PULLEY" if "pulley" in roll.name else "IDLER")
+        assert part["DIAMETER"] * 1000 == pytest.approx(roll.diameter, abs=1e-6)
+        assert part["LENGTH"] * 1000 == pytest.approx(roll.length, abs=1e-6)
+        assert np.ravel(part.rows["position"]) * 1000 == pytest.approx(roll.centre, abs=1e-6)
+        w, x, y, z = np.ravel(part.rows["orientation"])
+        axis = 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)
+        assert axis == pytest.approx(roll.axis, abs=1e-9)
+
+
+def test_every_roll_is_driven_or_free_to_turn(converted):
+    patterns = [block["PART"] for block in converted.blocks("MOTION")]
+    for part in converted.blocks("PART"):
+        assert sum(fnmatchcase(part["NAME"], pattern) for pattern in patterns) == 1
+
+
+def test_particles_are_as_far_from_the_rolls_as_half_the_belt_is_thick(converted):
+    centres = np.concatenate([block.rows["position"] for block in converted.blocks("PARTICLE")]) * 1000
+    for roll in ROLLS:
+        # The mesh keeps seven digits: half a micrometre on x, and as much for the roll's centre.
+        assert clearance(roll, centres) >= CONVEYOR.half - 2e-3
