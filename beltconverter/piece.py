@@ -74,12 +74,14 @@ def _kind(mesh: Mesh, edges: Edges, loops: list[np.ndarray]) -> str:
     """
     euler = len(mesh.points) - len(edges.nodes) + len(mesh.facets)
     sizes = [len(loop) for loop in loops]
-    if not loops:
+    handles = (2 - len(loops) - euler) // 2
+    if not loops or handles:
+        what = "no border" if not loops else f"{handles} handle{'s' if handles > 1 else ''}"
         raise NotABelt(
             "solid",
-            "the surface has no border: it is a solid, or the belt's edges are welded together",
+            f"the surface has {what}: it is a solid, or a belt whose edges are welded together",
             "export the mid-surface, or let --cell 50mm make it from the solid",
-            mesh.points[0],
+            mesh.points.mean(axis=0),
         )
     if len(loops) == 1 and euler == 1:
         return "open"

@@ -43,7 +43,18 @@ def recover(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid]:
 
 def _grids(mesh: Mesh, edges: Edges, wishes: Wishes, warnings: list[str]) -> list[Grid]:
     parts = pieces(mesh, edges)
+    _refuse_common_nodes(mesh, [part for part, _ in parts])
     return [solve(part, part_edges, wishes.cells, warnings) for part, part_edges in parts]
+
+
+def _refuse_common_nodes(mesh: Mesh, parts: list[Mesh]) -> None:
+    """Two patches that share nodes but no edge are one belt whose lines of nodes do not match."""
+    if sum(len(part.points) for part in parts) < len(np.unique(mesh.facets)) + 2:
+        return
+    points, uses = np.unique(np.concatenate([part.points for part in parts]), axis=0, return_counts=True)
+    found = f"{np.count_nonzero(uses > 1)} nodes in which patches meet without a common edge"
+    remedy = "give neighbouring patches the same nodes, or export each belt to its own file"
+    raise NotABelt("crack", found, remedy, points[np.argmax(uses > 1)])
 
 
 def _mended(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid] | None:
