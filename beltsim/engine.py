@@ -15,6 +15,7 @@ from beltsim.solver.motion import Slides, Spins
 from beltsim.solver.neighbours import sort_loads
 from beltsim.solver.state import Loads
 from beltsim.solver.steps import (
+    LISTS_STALE,
     MOVED_TOO_FAR,
     Clock,
     Environment,
@@ -161,7 +162,7 @@ def advance_by(state: State, steps: int) -> None:
         steps -= done
         if reason == MOVED_TOO_FAR:
             raise BlowUp(diagnosis(state))
-        if steps > 0 or done == 0:
+        if reason == LISTS_STALE:
             renew_lists(state)
     spin_of_momentum(state.scene.population.particles)
 
@@ -188,7 +189,9 @@ def largest_load(state: State, slot: int) -> str:
     population, info = state.scene.population, state.scene.machinery.info
     families = [("bond with particle", state.scene.bonds, True)]
     names = ("contact with particle", "contact with particle", "contact with part", "contact with part")
-    families += [(name, family[0], n < 2) for n, (name, family) in enumerate(zip(names, state.lists)) if family]
+    families += [
+        (name, family[0], n < 2) for n, (name, family) in enumerate(zip(names, state.lists)) if family
+    ]
     for name, pairs, both in families:
         if pairs is None:
             continue

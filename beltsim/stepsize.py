@@ -16,6 +16,7 @@ from beltsim.solver.state import Parts
 from beltsim.solver.timestep import (
     IMPACT_STEPS,
     bond_row_sums,
+    contact_row_sums,
     damped_limit,
     impact_duration,
 )
@@ -104,7 +105,9 @@ def bond_limit(scene: Scene) -> Limit | None:
     elastic = bond_row_sums(
         particles, scene.bonds, kinds, kinds.stiffness, kinds.angular_stiffness, True
     ).max(axis=0) + line_contact_rows(scene)
-    viscous = bond_row_sums(particles, scene.bonds, kinds, kinds.damping, kinds.angular_damping, False).max(axis=0)
+    viscous = bond_row_sums(particles, scene.bonds, kinds, kinds.damping, kinds.angular_damping, False).max(
+        axis=0
+    )
     worst = int(np.argmax(elastic))
     limit = damped_limit(float(elastic.max()), float(viscous.max()))
     return Limit(limit, f"bonds of particle {scene.population.id[worst]}")
@@ -126,7 +129,9 @@ def stable_limit(scene: Scene, parts: Parts, spins: Spins) -> Limit:
     return min(found, key=lambda limit: limit.time_step, default=Limit(math.inf, "nothing"))
 
 
-def choose(scene: Scene, block, slides: Slides, spins: Spins, *, allow_unstable: bool = False) -> tuple[float, str]:
+def choose(
+    scene: Scene, block, slides: Slides, spins: Spins, *, allow_unstable: bool = False
+) -> tuple[float, str]:
     """Time step [s] of a *STEP, and a sentence that says what sets it.
 
     Raises
@@ -156,3 +161,39 @@ def choose(scene: Scene, block, slides: Slides, spins: Spins, *, allow_unstable:
             f"it exceeds the stability limit set by {limit.cause}"
         )
     return given, f"time step {given:.4g} s ({given / limit.time_step:.2f} of the limit set by {limit.cause})"
+
+
+def present_limit(state) -> Limit:
+    """Bound on the time step from the bonds and the contacts that there are now, damping of bonds included."""
+    scene, lists = state.scene, state.lists
+    particles = scene.population.particles
+    count = particles.mass.size
+    sums = np.zeros(count)
+    rate = 0.0
+    if scene.bonds is not None:
+        kinds = scene.kinds
+        sums += bond_row_sums(
+            particles, scene.bonds, kinds, kinds.stiffness, kinds.angular_stiffness, True
+        ).max(axis=0)
+        rate = float(
+            bond_row_sums(particles, scene.bonds, kinds, kinds.damping, kinds.angular_damping, False).max()
+        )
+    of_bonds = sums.copy()
+    ratio = stiffness_ratio(scene)
+    for n, family in enumerate(lists):
+        if family is not None:
+            contact_row_sums(particles, scene.shapes, family[0], ratio, n >= 2, sums)
+    if not count or sums.max() <= 0.0:
+        return Limit(math.inf, "nothing")
+    worst = int(np.argmax(sums))
+    cause = "contacts" if sums[worst] > 2.0 * of_bonds[worst] else "bonds"
+    return Limit(damped_limit(float(sums[worst]), rate), f"{cause} of particle {scene.population.id[worst]}")
+
+
+def stiffness_ratio(scene: Scene) -> float:
+    """Smallest ratio of tangential to normal contact stiffness, 4 G* / E*."""
+    laws = scene.laws
+    touching = laws.normal_modulus > 0.0
+    if not np.any(touching):
+        return 1.0
+    return float(np.min(4.0 * laws.shear_modulus[touching] / laws.normal_modulus[touching]))

@@ -1,0 +1,297 @@
+"""A run from deck to trajectory: stages, frames, bulk that comes and goes. It holds the order of things, no physics."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from beltsim.console import CommandError, ExitCode
+from beltsim.engine import BlowUp, Stage, State, advance_by, begin_stage, renew_lists, state_of
+from beltsim.inp import Block, Deck
+from beltsim.record import contents_of, frame_of
+from beltsim.scene import Scene
+from beltsim.scene.build import prescribe_velocities
+from beltsim.scene.machinery import acts_in, drives_of, table_of
+from beltsim.solver.steps import GivenLoads
+from beltsim.source import Source, arrivals, pause_of, planned_count, source_of
+from beltsim.stepsize import choose, present_limit
+from beltsim.trajectory import TrajectoryWriter
+from beltsim.turnover import insert, outside, remove
+
+LONGEST_BATCH = 0.25  # s of wall time between two looks at signals
+DOMAIN_PAUSE = 0.01  # s of simulated time between two looks at the domain's bounds
+
+
+class Stopped(CommandError):
+    """The run was asked to end before its time; what was written is whole."""
+
+    def __init__(self, message: str, exit_code: ExitCode):
+        super().__init__(message)
+        self.exit_code = exit_code
+
+
+@dataclass
+class Progress:
+    """What a run tells while it goes on."""
+
+    time: float  # s, simulated
+    end: float  # s
+    steps: int
+    particles: int
+    wall: float  # s, compilation apart
+    fastest: float  # m/s
+    particle_steps: float
+
+
+@dataclass
+class Tally:
+    """What a run counts."""
+
+    inserted: dict[str, float] = field(default_factory=dict)  # kg by source
+    removed_mass: float = 0.0  # kg
+    removed: int = 0
+    next_id: int = 1
+    particle_steps: float = 0.0
+    wall: float = 0.0  # s, compilation apart
+    compile_time: float = 0.0  # s
+    warned: bool = False
+    messages: list[str] = field(default_factory=list)
+    open_time: dict[str, float] = field(default_factory=dict)  # s that each source was open
+
+    def masses(self) -> dict[str, float]:
+        """Inserted and removed mass, for the trajectory."""
+        return {"inserted_mass": sum(self.inserted.values()), "removed_mass": self.removed_mass}
+
+    def achieved(self, name: str) -> float:
+        """Mass rate [kg/s] that a source achieved while it was open."""
+        return self.inserted[name] / self.open_time[name] if self.open_time.get(name) else 0.0
+
+
+@dataclass
+class Events:
+    """Steps of a stage at which something happens beside stepping."""
+
+    end: int
+    frames: list[int]
+    visits: list[tuple[Source, int]]  # source, every so many steps
+    domain: int  # every so many steps, 0: never
+
+    def next_after(self, step: int) -> int:
+        """The next step at which something happens."""
+        frame = next((frame for frame in self.frames if frame > step), self.end)
+        periods = [period for _, period in self.visits if period] + [self.domain] * bool(self.domain)
+        return min([frame, *((step // period + 1) * period for period in periods)])
+
+
+def run(
+    deck: Deck,
+    scene: Scene,
+    path: str,
+    *,
+    until: float = math.inf,
+    allow_unstable: bool = False,
+    case_text: bytes = b"",
+    provenance: dict | None = None,
+    report: Callable[[Progress], None] = lambda _: None,
+    say: Callable[[str], None] = lambda _: None,
+    stop: Callable[[], ExitCode | None] = lambda: None,
+) -> Tally:
+    """Run a scene and write its trajectory to `path`.
+
+    Parameters
+    ----------
+    until : total time [s] at which to end, if that is before the last step's end
+    allow_unstable : run with a given time step above the stability limit
+    report, say : take progress and messages
+    stop : asked between batches; an exit code ends the run in good order
+
+    Raises
+    ------
+    TimeStepError, BlowUp, Stopped
+    """
+    state, tally = state_of(scene), Tally()
+    tally.next_id = int(scene.population.id.max(initial=0)) + 1
+    end = min(until, sum(block["DURATION"] for block in scene.steps))
+    sources = [source_of(block, scene.population) for block in scene.sources]
+    tally.inserted = {source.name: 0.0 for source in sources}
+    arriving = sum(planned_count(block, scene.population, end) for block in scene.sources)
+    outputs = deck.blocks("OUTPUT")
+    contents = contents_of(scene, arriving, outputs[0] if outputs else None)
+    first = prepare(state, scene.steps[0], 0.0, say, allow_unstable)
+    planned = planned_frames(scene, outputs, end)
+    with TrajectoryWriter(
+        path, contents, planned_frames=planned, case_text=case_text, provenance=provenance
+    ) as writer:
+        start = 0.0
+        for number, block in enumerate(scene.steps):
+            if start >= end:
+                break
+            stage = first if number == 0 else prepare(state, block, start, say, allow_unstable)
+            compile_kernels(state, stage, tally)
+            if number == 0:
+                writer.append(frame_of(state, contents, tally.masses()))
+            events = events_of(scene, block, stage, sources, outputs, min(end, start + block["DURATION"]))
+            try:
+                run_stage(state, events, writer, contents, tally, end, report, say, stop)
+            except BlowUp:
+                save_last(state, contents, tally, writer)
+                raise
+            start = state.time
+    return tally
+
+
+def prepare(state: State, block: Block, start: float, say, allow_unstable: bool) -> Stage:
+    """The stage of a *STEP: what moves, what loads, and its time step."""
+    scene = state.scene
+    name = block.get("NAME")
+    before = None if state.stage is None else state.stage.slides
+    spins, slides = drives_of(scene.deck, scene.machinery, scene.tables, name, before)
+    prescribe_velocities(scene, name)
+    time_step, sentence = choose(scene, block, slides, spins, allow_unstable=allow_unstable)
+    say((f"step {name}: " if name else "") + sentence)
+    drag, wind = damping_of(scene, name, say)
+    return Stage(time_step, start, spins, slides, given_loads(scene, name), drag, wind)
+
+
+def damping_of(scene: Scene, step_name: str | None, say) -> tuple[float, tuple]:
+    """Global damping of a step, said aloud."""
+    for block in scene.deck.blocks("DAMPING"):
+        if acts_in(block, step_name) and block["MASS PROPORTIONAL"] > 0.0:
+            rows = block.rows["velocity"]
+            wind = tuple(float(v) for v in rows[0]) if len(rows) else (0.0, 0.0, 0.0)
+            say(
+                f"global damping of {block['MASS PROPORTIONAL']:g} 1/s towards {wind} m/s acts on all particles"
+            )
+            return float(block["MASS PROPORTIONAL"]), wind
+    return 0.0, (0.0, 0.0, 0.0)
+
+
+def given_loads(scene: Scene, step_name: str | None) -> GivenLoads | None:
+    """Loads of the *FORCE blocks that act in a step."""
+    blocks = [block for block in scene.deck.blocks("FORCE") if acts_in(block, step_name) and len(block)]
+    if not blocks:
+        return None
+    load = np.concatenate([np.hstack([block.rows["force"], block.rows["torque"]]) for block in blocks])
+    return GivenLoads(
+        np.concatenate([scene.population.slots_of(block.rows["id"]) for block in blocks]).astype(np.int32),
+        np.ascontiguousarray(load.T, dtype=np.float64),
+        np.concatenate([np.full(len(block), table_of(block, scene.tables)) for block in blocks]).astype(
+            np.int32
+        ),
+    )
+
+
+def compile_kernels(state: State, stage: Stage, tally: Tally) -> None:
+    """Begin a stage; the first time this compiles, which never counts in speed figures."""
+    clock = time.perf_counter()
+    begin_stage(state, stage)
+    advance_by(state, 0)
+    tally.compile_time += time.perf_counter() - clock
+
+
+def planned_frames(scene: Scene, outputs: list[Block], end: float) -> int:
+    """Frames that the run will write, the first included."""
+    total, start = 1, 0.0
+    for block in scene.steps:
+        stop = min(end, start + block["DURATION"])
+        interval = interval_of(outputs, block.get("NAME"), block["DURATION"])
+        total += max(0, math.ceil((stop - start) / interval - 1e-9)) + 1
+        start += block["DURATION"]
+    return total
+
+
+def interval_of(outputs: list[Block], step_name: str | None, duration: float) -> float:
+    """Time between frames in a step: that of its own *OUTPUT, else of the general one, else its whole duration."""
+    acting = [block for block in outputs if acts_in(block, step_name)]
+    acting.sort(key=lambda block: block.get("STEP") is None)
+    return acting[0]["INTERVAL"] if acting else duration
+
+
+def events_of(
+    scene: Scene, block: Block, stage: Stage, sources: list[Source], outputs: list[Block], stop: float
+) -> Events:
+    """Everything that will happen in a stage that ends at total time `stop`."""
+    dt, name = stage.time_step, block.get("NAME")
+    end = max(1, math.ceil((stop - stage.start) / dt - 1e-6))
+    interval = interval_of(outputs, name, block["DURATION"])
+    count = math.ceil(end * dt / interval - 1e-9)
+    frames = sorted({min(end, max(1, round(k * interval / dt))) for k in range(1, count + 1)} | {end})
+    visits = [
+        (source, max(1, round(pause_of(source, scene.population.bodies) / dt)))
+        for source in sources
+        if source.step_name in (None, name)
+    ]
+    domain = max(1, round(DOMAIN_PAUSE / dt)) if scene.domain is not None else 0
+    return Events(end, frames, visits, domain)
+
+
+def run_stage(state, events, writer, contents, tally, end, report, say, stop) -> None:
+    """Step through a stage from event to event, in batches short enough to be interrupted."""
+    frames, pace = set(events.frames), 1
+    while state.step < events.end:
+        code = stop()
+        if code is not None:
+            raise Stopped(f"stopped at t = {state.time:.6g} s; {writer.frames} frames are written", code)
+        clock = time.perf_counter()
+        steps = min(events.next_after(state.step) - state.step, pace)
+        advance_by(state, steps)
+        turn_over(state, events, tally)
+        wall = time.perf_counter() - clock
+        tally.wall += wall
+        tally.particle_steps += steps * state.scene.population.count
+        pace = max(1, min(4 * pace, int(LONGEST_BATCH * steps / max(wall, 1e-6))))
+        if state.step in frames:
+            writer.append(frame_of(state, contents, tally.masses()))
+            warn_if_unstable(state, tally, say)
+        report(progress_of(state, tally, end))
+
+
+def turn_over(state: State, events: Events, tally: Tally) -> None:
+    """Let bulk in and out, where this step is one for it."""
+    scene = state.scene
+    for source, period in events.visits:
+        if state.step % period == 0:
+            new = arrivals(source, scene, state.time, tally.next_id)
+            if new is not None:
+                renew_lists(state, insert(scene, new))
+                tally.next_id += new.id.size
+                tally.inserted[source.name] = source.inserted
+            tally.open_time[source.name] = max(0.0, min(state.time, source.end) - source.start)
+    if events.domain and state.step % events.domain == 0:
+        leaves = outside(scene)
+        if np.any(leaves):
+            tally.removed += int(np.count_nonzero(leaves))
+            tally.removed_mass += float(scene.population.particles.mass[leaves].sum())
+            renew_lists(state, remove(scene, leaves))
+
+
+def warn_if_unstable(state: State, tally: Tally, say) -> None:
+    """Say once if contacts have grown so stiff that the time step is beyond the bound."""
+    limit = present_limit(state)
+    if state.stage.time_step > limit.time_step and not tally.warned:
+        tally.warned = True
+        message = (
+            f"warning: at t = {state.time:.4g} s the time step of {state.stage.time_step:.3g} s is above the bound of "
+            f"{limit.time_step:.3g} s set by {limit.cause}; a smaller SAFETY or TIME STEP is advised"
+        )
+        tally.messages.append(message)
+        say(message)
+
+
+def save_last(state: State, contents, tally: Tally, writer: TrajectoryWriter) -> None:
+    """After a blow-up: the state that diverged, if it can still be written."""
+    if np.all(np.isfinite(state.scene.population.particles.position)):
+        writer.append(frame_of(state, contents, tally.masses()))
+
+
+def progress_of(state: State, tally: Tally, end: float) -> Progress:
+    """How far the run is."""
+    particles = state.scene.population.particles
+    fastest = float(np.sqrt(np.max(np.sum(particles.velocity**2, axis=0), initial=0.0)))
+    return Progress(
+        state.time, end, state.total_steps, particles.mass.size, tally.wall, fastest, tally.particle_steps
+    )
