@@ -8,7 +8,7 @@ import numpy as np
 
 from .errors import ViewProblem
 
-AXES = "xyz"
+AXES = ("x", "y", "z")
 FAR = 1e30
 
 
@@ -50,7 +50,7 @@ class Section:
         """The section of a text as `x=1.2` (m)."""
         name, _, value = text.partition("=")
         try:
-            section = cls(AXES.index(name.strip().lower() or "?"), float(value))
+            section = cls(AXES.index(name.strip().lower()), float(value))
             if not np.isfinite(section.value):
                 raise ValueError
             return section
