@@ -119,7 +119,10 @@ class _Reading:
                 seen.add(name)
                 values[name] = _value(keyword, name, value)
             except Mismatch as error:
-                self.problems.add_mismatch(Where(raw.where.file, line), error)
+                after_comma = (
+                    "; the line before ends in a comma" if line > raw.where.line and "=" not in text else ""
+                )
+                self.problems.add(Where(raw.where.file, line), error.found, error.expected + after_comma)
         for parameter in keyword.parameters:
             if parameter.required and parameter.name not in seen:
                 self.problems.add(raw.where, f"*{keyword.name} without {parameter.name}", parameter.doc)

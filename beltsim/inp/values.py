@@ -27,7 +27,9 @@ def parse_number(text: str) -> float:
     if _NOT_FINITE.fullmatch(text):
         raise Mismatch(repr(text), "a finite number")
     if not _NUMBER.fullmatch(text):
-        hint = "; is the comma a decimal point?" if _NUMBER.fullmatch(text.replace(",", ".")) else ""
+        hint = (
+            "; is the comma a decimal point?" if _NUMBER.match(text.replace(",", ".")) and "," in text else ""
+        )
         raise Mismatch(repr(text) if text else "an empty field", f"a number{hint}")
     value = float(text)
     if math.isinf(value):
@@ -45,7 +47,7 @@ def parse_whole(text: str) -> int:
 def _parse_quantity(parameter: Parameter, text: str) -> float:
     number = _NUMBER.match(text)
     unit = text[number.end() :].strip() if number else ""
-    if not unit or _NOT_FINITE.fullmatch(text):
+    if not unit or unit.startswith(",") or _NOT_FINITE.fullmatch(text):
         return parse_number(text)
     if not parameter.dimension:
         raise Mismatch(repr(text), "a number without a unit")
