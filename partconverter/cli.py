@@ -22,14 +22,14 @@ from .options import add_options, settings_from
 @click.option("--overwrite", is_flag=True, help="Replace existing output files.")
 @click.option("-q", "--quiet", is_flag=True, help="No summary and no warnings on stderr.")
 @console.guarded
-def main(sat, output, as_list, as_json, preview, overwrite, quiet, **options) -> None:
+def main(sat, output, belts, as_list, as_json, preview, overwrite, quiet, **options) -> None:
     """Convert the cylinders of a CAD assembly into numerically smooth rollers.
 
     SAT is an ACIS text file of any version, Autodesk's included; '-' reads stdin. Every turned body (drum, tube,
     shaft) becomes a cylinder with its diameter, length, position and axis; boxes, plates, half cylinders and
     everything else is left out and counted.
     """
-    settings = settings_from(options)
+    settings = settings_from(options, belts)
     shown = as_list or as_json
     if as_list and as_json:
         raise console.UsageProblem("--list and --json both print to stdout: give one of them")
@@ -37,10 +37,10 @@ def main(sat, output, as_list, as_json, preview, overwrite, quiet, **options) ->
         raise console.UsageProblem("-o - and --list or --json both print to stdout: give one of them")
     for path in (output, preview):
         console.refuse_existing(path, overwrite=overwrite)
-    _run(sat, output, preview, (as_list, as_json), overwrite, quiet, settings)
+    _run(sat, output, belts, preview, (as_list, as_json), overwrite, quiet, settings)
 
 
-def _run(sat, output, preview, shown, overwrite, quiet, settings) -> None:
+def _run(sat, output, belts, preview, shown, overwrite, quiet, settings) -> None:
     from time import perf_counter
 
     from beltsim import inp
@@ -50,7 +50,7 @@ def _run(sat, output, preview, shown, overwrite, quiet, settings) -> None:
 
     name = "<stdin>" if sat == "-" else sat
     start = perf_counter()
-    conversion = convert(console.read_input(sat), name, settings)
+    conversion = convert(console.read_input(sat), name, settings, belts)
     converted = perf_counter()
     outputs = []
     if output is not None or not any(shown):
@@ -59,7 +59,7 @@ def _run(sat, output, preview, shown, overwrite, quiet, settings) -> None:
         outputs += [] if output in (None, "-") else [output]
     timings = {"convert": converted - start, "write": perf_counter() - converted}
     if preview:
-        _draw(conversion.deck, preview)
+        _draw(conversion.deck, belts, preview)
         outputs.append(preview)
     for line in [f"warning: {text}" for text in conversion.warnings] + listing.summary_lines(
         conversion, name
@@ -75,8 +75,9 @@ def _run(sat, output, preview, shown, overwrite, quiet, settings) -> None:
         click.echo(console.summary("ok", **found, **more))
 
 
-def _draw(deck, path: str) -> None:
-    """Draw the deck as a picture or a page, by the suffix."""
+def _draw(deck, belts, path: str) -> None:
+    """Draw the deck and the belts that drive it, as a picture or a page by the suffix."""
+    from beltsim import inp
     from beltsim.view.deck import scenery_of_deck
 
     if path.lower().endswith(".html"):
@@ -85,4 +86,7 @@ def _draw(deck, path: str) -> None:
         from beltsim.view.png import render_png as render
     else:
         raise console.UsageProblem(f"--preview: found {path}, expected a file name ending in .png or .html")
-    render(scenery_of_deck(deck), path)
+    scenery = scenery_of_deck(deck)
+    for belt in belts:
+        scenery.items += scenery_of_deck(inp.read(belt)).items
+    render(scenery, path)

@@ -11,6 +11,8 @@ from beltsim import inp
 from beltsim.console import CommandError, ExitCode
 
 from . import rollers as roll
+from .belts import Belt, belt_of, joined
+from .driving import driven
 from .finding import Found, coaxial_pairs, find_rollers
 from .parts import COLOURS, Material, deck_of, is_part
 from .rollers import Roller
@@ -51,6 +53,9 @@ class Settings:
     colour_by: str = "class"
     pulley_colour: str = COLOURS["PULLEY"]
     idler_colour: str = COLOURS["IDLER"]
+    belt_speed: float | None = None
+    touch_gap: float | None = None
+    ramp: float = 0.0
 
 
 @dataclass
@@ -64,8 +69,8 @@ class Conversion:
     filtered: int
 
 
-def convert(data: bytes, name: str, settings: Settings) -> Conversion:
-    """Convert a SAT text; `name` stands in messages and in the result.
+def convert(data: bytes, name: str, settings: Settings, belts: tuple[str, ...] = ()) -> Conversion:
+    """Convert a SAT text; `name` stands in messages and in the result, `belts` are INP files that drive rollers.
 
     Raises `sat.SatError` for text that is no SAT or damaged, `NothingToConvert` if no roller is left.
     """
@@ -74,6 +79,9 @@ def convert(data: bytes, name: str, settings: Settings) -> Conversion:
     rollers = _chosen(found.rollers, settings, warnings)
     if not rollers:
         raise NothingToConvert("\n".join(_nothing(name, found)))
+    if belts:
+        rollers, more = driven(rollers, _belts(belts), settings.belt_speed, touch_gap=settings.touch_gap)
+        warnings += more
     rollers = roll.ordered(rollers, settings.sort)
     rollers = roll.named(rollers, by=settings.name_by, prefix=settings.name_prefix)
     deck = deck_of(
@@ -86,10 +94,16 @@ def convert(data: bytes, name: str, settings: Settings) -> Conversion:
         colours={"PULLEY": settings.pulley_colour, "IDLER": settings.idler_colour},
         prefix=settings.name_prefix,
         first_id=settings.first_id,
-        settings=_settings_lines(data, name, found, settings),
+        ramp=settings.ramp,
+        settings=_settings_lines(data, name, found, settings, belts),
         result=_result_lines(found, rollers, settings),
     )
     return Conversion(deck, rollers, found, warnings, len(found.rollers) - len(rollers))
+
+
+def _belts(paths: tuple[str, ...]) -> Belt:
+    """All belts of INP files."""
+    return joined([belt_of(inp.read(path), path) for path in paths])
 
 
 def _chosen(rollers: list[Roller], settings: Settings, warnings: list[str]) -> list[Roller]:
@@ -129,7 +143,7 @@ def left_out_lines(found: Found) -> list[str]:
     return [f"{count_of(count, 'solid')} {REASONS[reason]}" for reason, count in counts.most_common()]
 
 
-def _settings_lines(data: bytes, name: str, found: Found, settings: Settings) -> list[str]:
+def _settings_lines(data: bytes, name: str, found: Found, settings: Settings, belts) -> list[str]:
     lines = [
         f"source = {Path(name).name}",
         f"sha256 = {sha256(data).hexdigest()}",
@@ -139,6 +153,7 @@ def _settings_lines(data: bytes, name: str, found: Found, settings: Settings) ->
         else "product = unknown",
         f"millimetres per unit = {found.unit_mm:g}",
     ]
+    lines += [f"belt = {Path(belt).name}" for belt in belts]
     for field in fields(Settings):
         value = getattr(settings, field.name)
         if value is not None and field.name != "unit_mm":

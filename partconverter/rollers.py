@@ -179,15 +179,12 @@ def classified(
 def _class(roller: Roller, diameter_limit, quantity_limit) -> dict:
     # A diameter of just the limit must not fall below it by a rounding error of the file.
     if diameter_limit is not None and roller.diameter >= diameter_limit * (1 - 1e-9):
-        return {"kind": "PULLEY", "rule": f"diameter at or above the limit of {diameter_limit:g} m"}
+        return {"kind": "PULLEY", "rule": f"diameter at or above {diameter_limit:g} m"}
     if quantity_limit is not None and roller.identical <= quantity_limit:
-        return {
-            "kind": "PULLEY",
-            "rule": f"{roller.identical} of its kind, at or below the limit of {quantity_limit}",
-        }
-    if diameter_limit is None and quantity_limit is None:
-        return {"kind": "IDLER", "rule": "no limit was given"}
-    return {"kind": "IDLER", "rule": "neither limit makes it a pulley"}
+        return {"kind": "PULLEY", "rule": f"not more than {quantity_limit} of its kind"}
+    below = [] if diameter_limit is None else [f"diameter below {diameter_limit:g} m"]
+    more = [] if quantity_limit is None else [f"more than {quantity_limit} of its kind"]
+    return {"kind": "IDLER", "rule": " and ".join(below + more) or "no limit was given"}
 
 
 def ordered(rollers: list[Roller], sort: str = "auto") -> list[Roller]:
