@@ -376,7 +376,7 @@ def test_a_section_that_names_no_plane_is_refused(text):
 
 def test_wrong_wishes_are_refused():
     scenery = Scenery([ball([0, 0, 0])])
-    with pytest.raises(ViewProblem, match="16 to 20000"):
+    with pytest.raises(ViewProblem, match="64 to 20000"):
         render(scenery, width=5, height=90)
     with pytest.raises(ViewProblem, match="elevation"):
         Camera(elevation=91)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from beltsim.inp import Deck
+from beltsim.inp.units import UNITS
 
 from .errors import NothingToDraw
 from .particles import Particles, layers, own_colours, solids, type_colours
@@ -13,7 +14,6 @@ from .scenery import Scenery
 from .values import largest_of_bonds, legend_of, paint
 
 COLOUR_BY = ("none", "fibre", "type", "height", "strain")
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 
 def scenery_of_deck(
@@ -135,7 +135,7 @@ def _add_parts(deck: Deck, scenery: Scenery) -> None:
         if block["SHAPE"] == "CYLINDER":
             rolls.append((position, orientation, block["DIAMETER"], block["LENGTH"], colour))
         elif block["SHAPE"] == "MESH":
-            scale = METRES[block.get("UNIT") or "m"]
+            scale = float(UNITS["length"][(block.get("UNIT") or "m").lower()])
             scenery.items.append(mesh_file(block.path(), scale, position, orientation, colour))
         else:
             planes.append((position, orientation))

@@ -27,6 +27,12 @@ def cylinders(rows: list[tuple]) -> Cylinders:
 
 def mesh_file(path: Path, scale: float, position, orientation, colour) -> Mesh:
     """The triangles of an STL, OBJ or PLY file, scaled to m, turned and moved."""
+    mesh = _loaded(path)
+    turn = rotation_matrices(np.reshape(orientation, (1, 4)))[0]
+    return Mesh(mesh.vertices * scale @ turn.T + position, mesh.faces, colour)
+
+
+def _loaded(path: Path):
     import trimesh
 
     try:
@@ -34,11 +40,10 @@ def mesh_file(path: Path, scale: float, position, orientation, colour) -> Mesh:
     except FileNotFoundError:
         raise
     except Exception as error:  # each of trimesh's readers raises its own kinds
-        raise ViewProblem(
-            f"{path}: found no mesh that can be read ({error}), expected STL, OBJ or PLY"
-        ) from None
-    turn = rotation_matrices(np.reshape(orientation, (1, 4)))[0]
-    return Mesh(mesh.vertices * scale @ turn.T + position, mesh.faces, colour)
+        raise ViewProblem(f"{path}: found {error}, expected an STL, OBJ or PLY file") from None
+    if not len(mesh.faces):
+        raise ViewProblem(f"{path}: found no triangle, expected an STL, OBJ or PLY file")
+    return mesh
 
 
 def plane(position, orientation, box: np.ndarray) -> Mesh:

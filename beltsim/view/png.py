@@ -63,8 +63,8 @@ def render(
     ground: bool = True,
 ) -> np.ndarray:
     """The picture without its text: sRGB (height, width, 3) uint8."""
-    if not (16 <= width <= 20_000 and 16 <= height <= 20_000):
-        raise ViewProblem(f"size: found {width}x{height}, expected 16 to 20000 pixels each way")
+    if not (64 <= width <= 20_000 and 64 <= height <= 20_000):
+        raise ViewProblem(f"size: found {width}x{height}, expected 64 to 20000 pixels each way")
     if not scenery.visible():
         raise NothingToDraw("nothing to draw: the scenery is empty")
     camera = camera or Camera()
@@ -75,7 +75,7 @@ def render(
     )
     painter = Painter(caster, view, ground, width, height)
     starts = range(0, height, max(1, CHUNK // width))
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(min(4, os.cpu_count() or 1)) as pool:
         strips = list(pool.map(painter.strip, starts, [*starts[1:], height]))
     return np.concatenate(strips)
 
