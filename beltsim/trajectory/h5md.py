@@ -29,10 +29,14 @@ if TYPE_CHECKING:
     import h5py
 
 
-def create(file: h5py.File, contents: Contents) -> list[Series]:
-    """Write everything that stays the same; returns the empty datasets that the frames fill."""
+def create(file: h5py.File, contents: Contents) -> tuple[list[Series], list[Series]]:
+    """Write everything that stays the same; returns the empty datasets that the frames fill.
+
+    The first list is the clock, step and time, which all elements share; the second is everything else.
+    """
     _create_header(file)
-    return [
+    clock = _create_clock(file)
+    return clock, [
         *_create_particles(file, contents),
         *_create_identity(file, contents),
         *_create_properties(file, contents),
@@ -52,17 +56,20 @@ def _create_header(file: h5py.File) -> None:
     file.create_group("beltsim").attrs["layout"] = LAYOUT_VERSION
 
 
-def _create_particles(file: h5py.File, contents: Contents) -> list[Series]:
-    group = file.create_group("particles/all")
-    box = group.create_group("box")
-    box.attrs["dimension"] = 3
-    box.attrs["boundary"] = np.array(["none"] * 3, "S4")
-    position = group.create_group("position")
+def _create_clock(file: h5py.File) -> list[Series]:
+    position = file.create_group("particles/all/position")
     step = grow(position, "step", (), "i8", attrgetter("step"))
     time = grow(position, "time", (), "f8", attrgetter("time"))
     time.dataset.attrs["unit"] = "s"
+    return [step, time]
+
+
+def _create_particles(file: h5py.File, contents: Contents) -> list[Series]:
+    box = file.create_group("particles/all/box")
+    box.attrs["dimension"] = 3
+    box.attrs["boundary"] = np.array(["none"] * 3, "S4")
     written = [name for name in PARTICLES if name == "position" or name in contents.arrays]
-    return [step, time, *(_particle_series(file, contents, name) for name in written)]
+    return [_particle_series(file, contents, name) for name in written]
 
 
 def _particle_series(file: h5py.File, contents: Contents, name: str) -> Series:

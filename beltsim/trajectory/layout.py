@@ -64,7 +64,8 @@ FIELDS = {
     "ANGULAR VELOCITY": ("angular_velocity",),
     "FORCE": ("force",),
     "TORQUE": ("torque",),
-    "BOND FORCE": ("axial_force", "shear_force", "bending_moment", "twist_moment"),
+    "BOND FORCE": ("axial_force", "shear_force"),
+    "BOND MOMENT": ("bending_moment", "twist_moment"),
     "BOND STRAIN": ("elongation", "bending"),
 }
 """`*OUTPUT, FIELDS` to the arrays that it writes; position, and `broken` of bonds, are always written."""

@@ -60,7 +60,7 @@ class Trajectory:
 
     def __init__(self, file: h5py.File) -> None:
         self._file = file
-        self._frames = int(file["VTKHDF/Steps"].attrs["NSteps"])
+        self._frames = len(file["particles/all/position/time"])
         self.contents = _contents(file)
 
     def __len__(self) -> int:

@@ -58,7 +58,7 @@ def grow(
         name,
         shape=(0, *shape),
         maxshape=(None, *shape),
-        chunks=_chunk_shape(shape),
+        chunks=_chunk_shape(shape, compress),
         dtype=dtype,
         fillvalue=empty_value(dtype) if per_particle else None,
         **packing,
@@ -66,8 +66,11 @@ def grow(
     return Series(dataset, take, per_particle)
 
 
-def _chunk_shape(row: tuple[int, ...]) -> tuple[int, ...]:
-    """One frame a chunk, at most 65536 rows of it; 64 frames where one is tiny (times, parts)."""
-    if not row or row[0] < 16:
-        return (64, *(max(1, n) for n in row))
+def _chunk_shape(row: tuple[int, ...], compress: bool) -> tuple[int, ...]:
+    """One frame a chunk, at most 65536 rows of it; 64 frames where one is tiny (times, parts).
+
+    Never several frames if compressed: a chunk that is written again then moves, and a kill meanwhile loses it.
+    """
+    if not compress and (not row or row[0] < 16):
+        return (64, *row)
     return (1, min(row[0], 65536), *row[1:])
