@@ -44,7 +44,7 @@ def read_table(keyword: Keyword, data: memoryview, where: Where, problems: Probl
         part = _fast(keyword, chunk, line) or _careful(keyword, chunk, Where(where.file, line), problems)
         if part is not None:
             parts.append(part[0])
-            numbers.append(part[1])
+            numbers.append(part[1] if isinstance(part[1], range) else np.asarray(part[1], np.int64))
         line += chunk.count(b"\n")
         start += len(chunk)
     return _columns(keyword, parts), _joined(numbers)
