@@ -35,6 +35,10 @@ def main(sat, output, belts, as_list, as_json, preview, overwrite, quiet, **opti
         raise console.UsageProblem("--list and --json both print to stdout: give one of them")
     if shown and output == "-":
         raise console.UsageProblem("-o - and --list or --json both print to stdout: give one of them")
+    if preview and not preview.lower().endswith((".png", ".html")):
+        raise console.UsageProblem(
+            f"--preview: found {preview}, expected a file name ending in .png or .html"
+        )
     for path in (output, preview):
         console.refuse_existing(path, overwrite=overwrite)
     _run(sat, output, belts, preview, (as_list, as_json), overwrite, quiet, settings)
@@ -82,10 +86,8 @@ def _draw(deck, belts, path: str) -> None:
 
     if path.lower().endswith(".html"):
         from beltsim.view.html import render_html as render
-    elif path.lower().endswith(".png"):
-        from beltsim.view.png import render_png as render
     else:
-        raise console.UsageProblem(f"--preview: found {path}, expected a file name ending in .png or .html")
+        from beltsim.view.png import render_png as render
     scenery = scenery_of_deck(deck)
     for belt in belts:
         scenery.items += scenery_of_deck(inp.read(belt)).items

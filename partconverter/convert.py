@@ -13,7 +13,7 @@ from beltsim.console import CommandError, ExitCode
 from . import rollers as roll
 from .belts import Belt, belt_of, joined
 from .driving import driven
-from .finding import Found, coaxial_pairs, find_rollers
+from .finding import Found, find_rollers
 from .parts import COLOURS, Material, deck_of, is_part
 from .rollers import Roller
 from .solids import REASONS
@@ -110,9 +110,10 @@ def _chosen(rollers: list[Roller], settings: Settings, warnings: list[str]) -> l
     """Merged, sized, compared, classed and filtered."""
     if settings.merge_coaxial:
         rollers = roll.merge_coaxial(rollers)
-    elif pairs := coaxial_pairs(rollers):
+    elif pairs := roll.coaxial_pairs(rollers):
+        inner = len({i for pair in pairs for i in pair})
         warnings.append(
-            f"{pairs} cylinders lie on the axis of another one and overlap it, as a shaft in its tube: "
+            f"{inner} cylinders share an axis with another one and overlap it, as a shaft and its tube: "
             "--merge-coaxial counts each such set once"
         )
     rollers = roll.sized(rollers, length=settings.length, edge_radius=settings.edge_radius)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from itertools import combinations
 
 from . import sat
-from .rollers import Roller, are_coaxial, place
+from .rollers import Roller, place
 from .solids import REASONS, LeftOut, Turned, recognise
 from .topology import Model, Solid, read_model
 
@@ -15,6 +14,9 @@ from .topology import Model, Solid, read_model
 UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8, "yd": 914.4, "um": 0.001, "km": 1e6}
 # Rollers of conveyors have diameters between these [m]; others point to a wrong unit.
 USUAL_DIAMETERS = (0.005, 5.0)
+# Reasons for leaving a solid out that a person should look at; beams and plates are only counted.
+TOLD = ("conical", "freeform", "open", "damaged", "part of a cylinder")
+MOST_TOLD = 5
 
 
 @dataclass
@@ -49,6 +51,7 @@ def find_rollers(
     found = Found(text.header, [], [], len(model.solids), unit, warnings)
     for solid in model.solids:
         _sort_in(found, model, solid, recognise(model, solid, section=section), cones)
+        model.forget()
     _warn(found, model, unit_given=unit_mm is not None)
     return found
 
@@ -91,24 +94,16 @@ def _warn(found: Found, model: Model, *, unit_given: bool) -> None:
         warnings.append(f"{name}: {model.wires} bodies of wires without faces were left out")
     if model.loose_faces:
         warnings.append(f"{name}: {model.loose_faces} faces belong to no solid and were left out")
-    for line, cad_name, reason, detail in found.left_out:
-        if reason in ("conical", "freeform", "open", "damaged", "part of a cylinder"):
+    for reason in TOLD:
+        left = [entry for entry in found.left_out if entry[2] == reason]
+        for line, cad_name, _, detail in left[:MOST_TOLD]:
             who = f" ({cad_name})" if cad_name else ""
             more = f": {detail}" if detail else ""
-            warnings.append(f"{name}:{line}: left out a solid{who} {_words(reason)}{more}")
+            warnings.append(f"{name}:{line}: left out a solid{who} {REASONS[reason]}{more}")
+        if len(left) > MOST_TOLD:
+            warnings.append(f"{name}: and {len(left) - MOST_TOLD} more solids {REASONS[reason]}")
     notes = Counter(note for roller in found.rollers for note in roller.notes)
     for note, count in notes.items():
         first = next(roller for roller in found.rollers if note in roller.notes)
         others = f" and {count - 1} more" if count > 1 else ""
         warnings.append(f"{name}:{first.line}: {first.cad_name or 'cylinder'}{others}: {note}")
-
-
-def _words(reason: str) -> str:
-    return REASONS[reason]
-
-
-def coaxial_pairs(rollers: list[Roller]) -> int:
-    """How many bodies lie on the axis of another one and overlap it: shafts in tubes, counted twice as idlers."""
-    if len(rollers) > 2000:
-        return 0
-    return sum(are_coaxial(a, b) for a, b in combinations(rollers, 2))

@@ -79,15 +79,39 @@ def merge_coaxial(rollers: list[Roller]) -> list[Roller]:
 
     A tube on its shaft, or inner and outer tube, are several bodies of one idler.
     """
-    merged: list[Roller] = []
-    for roller in sorted(rollers, key=lambda r: -r.diameter):
-        for i, wider in enumerate(merged):
-            if are_coaxial(wider, roller):
-                merged[i] = _joined(wider, roller)
-                break
+    partners: dict[int, set[int]] = {}
+    for i, j in coaxial_pairs(rollers):
+        partners.setdefault(i, set()).add(j)
+        partners.setdefault(j, set()).add(i)
+    merged: dict[int, Roller] = {}
+    for i in sorted(range(len(rollers)), key=lambda i: (-rollers[i].diameter, i)):
+        wider = min(partners.get(i, set()) & merged.keys(), default=None)
+        if wider is None:
+            merged[i] = rollers[i]
         else:
-            merged.append(roller)
-    return sorted(merged, key=lambda r: r.line)
+            merged[wider] = _joined(merged[wider], rollers[i])
+    return [merged[i] for i in sorted(merged)]
+
+
+def coaxial_pairs(rollers: list[Roller]) -> list[tuple[int, int]]:
+    """Pairs (i, j) of rollers on one axis line that overlap along it.
+
+    A sweep along the longest side of the assembly: overlapping bodies lie at most one length apart.
+    """
+    if len(rollers) < 2:
+        return []
+    centres = [along(r.origin, (r.overall.low + r.overall.high) / 2, r.axis) for r in rollers]
+    side = max(range(3), key=lambda k: max(c[k] for c in centres) - min(c[k] for c in centres))
+    order = sorted(range(len(rollers)), key=lambda i: centres[i][side])
+    reach = max(r.overall.length for r in rollers)
+    found = []
+    for place, i in enumerate(order):
+        for j in order[place + 1 :]:
+            if centres[j][side] - centres[i][side] > reach:
+                break
+            if are_coaxial(rollers[i], rollers[j]):
+                found.append((i, j))
+    return found
 
 
 def are_coaxial(a: Roller, b: Roller) -> bool:

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import re
 from array import array
+from bisect import bisect_right
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from beltsim.console import CommandError
 
@@ -49,7 +51,11 @@ class SatText:
 
     def line(self, record: int) -> int:
         """Line on which a record begins, from 1."""
-        return self.text.count("\n", 0, self.starts[record]) + 1
+        return bisect_right(self._breaks, self.starts[record]) + 1
+
+    @cached_property
+    def _breaks(self) -> list[int]:
+        return [match.start() for match in re.finditer("\n", self.text)]
 
     def words(self, record: int) -> list[str]:
         """The fields of a record, split at white space (strings fall apart)."""

@@ -141,6 +141,10 @@ class Model:
                 raise SatError(self.sat.problem(record, str(error))) from None
         return found
 
+    def forget(self) -> None:
+        """Drop the geometry read so far: solids share none, and large assemblies would fill the memory."""
+        self._cache.clear()
+
     def transform(self, solid: Solid) -> Transform:
         """Where the body of a solid stands; raises `SatError` for shear and damage."""
         if solid.transform is None:
