@@ -55,7 +55,7 @@ def values(parameter):
                 lambda pair: (pair[0], pair[0] + pair[1])
             ),
             min_size=1,
-        ).map(tuple),
+        ),
     }[parameter.kind]()
 
 

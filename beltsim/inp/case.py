@@ -12,7 +12,7 @@ from .lookup import AllRows, Particles, by_name, is_pattern, matching
 from .rows import as_matrix
 from .schema import Parameter
 from .touching import contact_problems
-from .values import expand_ids
+from .values import id_ranges
 
 
 def case_problems(deck: Deck, problems: Problems, gaps: Gaps, where: Where) -> None:
@@ -122,11 +122,19 @@ def _ids(deck: Deck, particles: Particles, problems: Problems) -> None:
             "the id of a *PARTICLE",
         )
     for block in deck.blocks("MOTION"):
-        for first, last in block.get("PARTICLES") or ():
-            ids = expand_ids([(first, min(last, first + len(particles.ids)))])
-            missing = ids[particles.index(ids) < 0]
-            if len(missing):
-                problems.add(block.where, f"the id {missing[0]} in PARTICLES", "the ids of *PARTICLE rows")
+        if "PARTICLES" in block and (missing := _missing_of(block["PARTICLES"], particles)) is not None:
+            problems.add(block.where, f"the id {missing} in PARTICLES", "the ids of *PARTICLE rows")
+
+
+def _missing_of(ids: str, particles: Particles) -> int | None:
+    """The first id of a PARTICLES text that no particle has."""
+    for first, last in id_ranges(ids):
+        # a range longer than the number of particles has a gap within that many ids
+        wanted = np.arange(first, min(last, first + len(particles.ids)) + 1)
+        missing = wanted[particles.index(wanted) < 0]
+        if len(missing):
+            return int(missing[0])
+    return None
 
 
 def _motions(deck: Deck, problems: Problems) -> None:

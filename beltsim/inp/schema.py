@@ -65,7 +65,7 @@ class Parameter:
         flag      YES or NO                                        -> bool
         colour    #rrggbb                                          -> str
         vector    three numbers                                    -> tuple of 3 floats
-        ids       particle ids and ranges, "1-8, 12"               -> tuple of (first, last)
+        ids       particle ids and ranges, "1-8, 12"               -> str, for `expand_ids`
     refers : the keyword whose NAME the value must be; `words` are allowed beside names
     wildcards : `*` and `?` in the value match names
     """

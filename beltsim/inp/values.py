@@ -111,7 +111,8 @@ def _parse_vector(text: str) -> tuple[float, ...]:
     return numbers
 
 
-def _parse_ids(text: str) -> tuple[tuple[int, int], ...]:
+def id_ranges(text: str) -> list[tuple[int, int]]:
+    """First and last id of each range of a PARTICLES text such as "1-8, 12"; `Mismatch` if it is none."""
     ranges = []
     for field in re.sub(r"\s*-\s*", "-", text.replace(",", " ")).split():
         match = _IDS.fullmatch(field)
@@ -120,7 +121,16 @@ def _parse_ids(text: str) -> tuple[tuple[int, int], ...]:
         ranges.append((int(match[1]), int(match[2] or match[1])))
     if not ranges:
         raise Mismatch(repr(text), 'ids and ranges, as "1-8, 12"')
-    return tuple(ranges)
+    return ranges
+
+
+def _parse_ids(text: str) -> str:
+    return _ids_text(id_ranges(text))
+
+
+def _ids_text(ids: Iterable) -> str:
+    pairs = [(i, i) if isinstance(i, (int, np.integer)) else i for i in ids]
+    return ", ".join(str(first) if first == last else f"{first}-{last}" for first, last in pairs)
 
 
 def _parse_name(parameter: Parameter, text: str) -> str:
@@ -173,11 +183,6 @@ def number_text(value: float) -> str:
     return orjson.dumps(value).decode().removesuffix(".0") if math.isfinite(value) else repr(value)
 
 
-def _ids_text(ranges: Iterable) -> str:
-    pairs = [(i, i) if isinstance(i, (int, np.integer)) else i for i in ranges]
-    return ", ".join(str(first) if first == last else f"{first}-{last}" for first, last in pairs)
-
-
 def text_of(parameter: Parameter, value: Any) -> str:
     """The text of a value, without the quotes that commas in it need; `parse` gives the value back."""
     if isinstance(value, (bool, np.bool_)):
@@ -197,7 +202,8 @@ def text_of(parameter: Parameter, value: Any) -> str:
     return str(value)
 
 
-def expand_ids(ranges: Iterable[tuple[int, int]]) -> np.ndarray:
-    """All ids of a PARTICLES value, ascending and each once, (n,) int64."""
-    parts = [np.arange(first, last + 1, dtype=np.int64) for first, last in ranges]
-    return np.unique(np.concatenate(parts)) if parts else np.empty(0, np.int64)
+def expand_ids(text: str) -> np.ndarray:
+    """All ids of a PARTICLES text such as "1-8, 12", ascending and each once, (n,) int64."""
+    return np.unique(
+        np.concatenate([np.arange(first, last + 1, dtype=np.int64) for first, last in id_ranges(text)])
+    )
