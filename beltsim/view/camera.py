@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,8 +17,9 @@ class Camera:
     """A wish for a view; what is left out is chosen from the scenery.
 
     Azimuth: angle in deg in the horizontal plane from +x to the camera (None: three-quarter view of the longer
-    side). Elevation: angle in deg above the horizon. Zoom: the box x0, y0, z0, x1, y1, z1 in m that fills the
-    picture (None: everything). Orthographic: parallel rays instead of perspective with `field_of_view` deg.
+    side, or of a section). Elevation: angle in deg above the horizon. Zoom: the box x0, y0, z0, x1, y1, z1 in m
+    that fills the picture (None: everything). Orthographic: parallel rays instead of perspective with
+    `field_of_view` deg.
     """
 
     azimuth: float | None = None
@@ -56,6 +57,12 @@ class Section:
             return section
         except ValueError:
             raise ViewProblem(f"section: found {text!r}, expected one as x=1.2, y=0 or z=0.5 (m)") from None
+
+    def facing(self, camera: Camera) -> Camera:
+        """The camera, turned to face the plane at 25 deg if it may look from anywhere."""
+        if camera.azimuth is not None or self.axis == 2:
+            return camera
+        return replace(camera, azimuth=(-25.0, -65.0)[self.axis])
 
     def left(self, back: np.ndarray) -> HalfSpace:
         """What the section leaves to see from the direction `back` (3,) of the camera."""

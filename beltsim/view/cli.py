@@ -39,7 +39,7 @@ def look_options(command):
             "--azimuth",
             type=float,
             metavar="DEG",
-            help="Direction from which one looks, deg from +x towards +y. [default: three-quarter view]",
+            help="Direction from which one looks, deg from +x to +y. [default: three-quarter, or facing the section]",
         ),
         click.option(
             "--elevation",

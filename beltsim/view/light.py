@@ -14,8 +14,9 @@ from .trace import Caster, Hits
 
 KEY = 0.72  # share of the key light at normal incidence
 SKY, BOUNCE = 0.55, 0.24  # light from straight above and from below
+OPEN = BOUNCE + (SKY - BOUNCE) * 5 / 6  # what reaches a horizontal face under a free sky
 SUN_RADIUS = 0.035  # rad: softness of the shadow's edge
-SKY_RAYS = 8  # a sample; four samples a pixel
+SKY_RAYS = 12  # a sample; four samples a pixel
 
 
 def key_direction(back: np.ndarray) -> np.ndarray:

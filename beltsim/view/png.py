@@ -67,7 +67,7 @@ def render(
         raise ViewProblem(f"size: found {width}x{height}, expected 64 to 20000 pixels each way")
     if not scenery.visible():
         raise NothingToDraw("nothing to draw: the scenery is empty")
-    camera = camera or Camera()
+    camera = section.facing(camera or Camera()) if section else camera or Camera()
     axes = view_axes(camera, np.ptp(bounds(scenery), axis=0))
     caster = Caster(scenery, section and section.left(axes[2]))
     view = place(
@@ -153,4 +153,4 @@ class Painter:
             sky = light.skylight(
                 self.caster, spot[rows], up, turn[rows], k, len(SAMPLES), 0.35 * self.caster.size
             )
-            result[rows] *= (0.68 + 0.17 * sun + 0.15 * sky / light.SKY)[:, None]
+            result[rows] *= (0.68 + 0.17 * sun + 0.15 * sky / light.OPEN)[:, None]

@@ -98,6 +98,7 @@ class Caster:
             active = active[ball]
         self._find_cut(hits, origin, direction, enter)
         hits.distance[hits.cut] = enter[hits.cut]
+        hits.distance[hits.item < 0] = FAR
         hits.position = origin + hits.distance[:, None] * direction
         return hits
 
