@@ -75,11 +75,18 @@ class SatText:
 
     def strings(self, record: int) -> list[str]:
         """The counted strings of a record, as text."""
-        end, found, at = self.ends[record], [], self.starts[record]
+        text, at, last = self.text, self.starts[record], self.ends[record]
         pattern = _COUNTED if self.header.version >= 700 else _BARE_COUNTED
-        while match := pattern.search(self.text, at, end):
-            at = match.end() + int(match[1])
-            found.append(_readable(self.text[match.end() : at]))
+        found = []
+        while match := pattern.search(text, at, last):
+            end = _string_end(text, match.end(), int(match[1]))
+            string = _readable(text[match.end() : end])
+            # Before 7.0 any number may look like a count: a string is followed by a blank and is no number.
+            if pattern is _BARE_COUNTED and (not text[end : end + 1].isspace() or _PLAIN.fullmatch(string)):
+                at = match.end()
+                continue
+            found.append(string)
+            at = end
         return found
 
     def problem(self, record: int, text: str) -> str:
@@ -89,7 +96,8 @@ class SatText:
 
 _POINTER = re.compile(r"\$(-?\d+)(?=\s)")
 _COUNTED = re.compile(r"@(\d+) ")
-_BARE_COUNTED = re.compile(r"(?<=\s)(\d+) (?=[A-Za-z])")
+_BARE_COUNTED = re.compile(r"(?<=\s)(\d{1,6}) ")
+_PLAIN = re.compile(r"[-+.\deE\s]*")
 _TYPE = re.compile(r"\s*(?:-(\d+)\s+)?([A-Za-z_][\w.]*(?:-[\w.]+)*)(?=\s|$)")
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FIRST_LINE = re.compile(r"\s*(\d+)[ \t]+(\d+)[ \t]+(\d+)[ \t]+(\d+)[ \t]*\r?\n")
@@ -230,11 +238,24 @@ def _end_of_record(text: str, start: int) -> int:
     at = text.find("@", start, end)
     while 0 <= at < end:
         match = _COUNTED.match(text, at)
-        past = match.end() + int(match[1]) if match else at + 1
+        past = _string_end(text, match.end(), int(match[1])) if match else at + 1
         if past > end:
             end = text.find("#", past)
         at = text.find("@", past, end)
     return end
+
+
+def _string_end(text: str, start: int, count: int) -> int:
+    """Where a counted string ends: after so many bytes, or characters if a blank follows only then."""
+    end = start + count
+    if text[end : end + 1].isspace() or count > 10_000:
+        return end
+    try:
+        characters = text[start : start + 4 * count].encode("latin-1").decode(errors="ignore")[:count]
+        in_characters = start + len(characters.encode())
+    except UnicodeEncodeError:
+        return end
+    return in_characters if text[in_characters : in_characters + 1].isspace() else end
 
 
 def _end_of_old_record(text: str, start: int) -> int:
