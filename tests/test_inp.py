@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from beltsim import inp
 from beltsim.inp import KEYWORDS
 from beltsim.inp.reference_page import page
+from beltsim.inp.values import number_text
 
 CONTENT = sorted(set(KEYWORDS) - {"INCLUDE"})
 
@@ -47,6 +48,13 @@ def test_any_number_name_and_text_comes_back(number, other, name, title):
     assert round_trip(deck) == deck
 
 
+@settings(max_examples=500, deadline=None, derandomize=True, database=None)
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_number_s_text_is_no_longer_than_python_s(number):
+    assert float(number_text(number)).hex() == number.hex()
+    assert len(number_text(number)) <= len(repr(number))
+
+
 @settings(max_examples=100, deadline=None, derandomize=True, database=None)
 @given(st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(lambda q: np.linalg.norm(q) > 0.1))
 def test_a_quaternion_that_is_unit_to_rounding_keeps_every_bit(raw):
@@ -66,10 +74,13 @@ def test_a_quaternion_within_1e_6_of_unit_length_is_made_unit_and_stays_so():
 def test_numbers_are_written_as_the_shortest_text():
     deck = inp.Deck()
     deck.add("GRAVITY", rows={"acceleration": [0.1, 1e-7, -9.81]})
-    deck.add("BOND TYPE", name="b", radius=0.005, youngs_modulus=4e8, poisson_ratio=1 / 3)
+    deck.add(
+        "BOND TYPE", name="b", radius=0.005, youngs_modulus=2.1e11, poisson_ratio=1 / 3, damping_factor=2e-5
+    )
     assert inp.dumps(deck) == (
-        b"*GRAVITY\n0.1, 1e-7, -9.81\n"
-        b"*BOND TYPE, NAME=b, RADIUS=0.005, YOUNGS MODULUS=400000000, POISSON RATIO=0.3333333333333333\n"
+        b"*GRAVITY\n1e22, 1e-7, -9.81\n"
+        b"*BOND TYPE, NAME=b, RADIUS=0.005, YOUNGS MODULUS=2.1e11, POISSON RATIO=0.3333333333333333, "
+        b"DAMPING FACTOR=2e-5\n"
     )
 
 

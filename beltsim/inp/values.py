@@ -178,9 +178,13 @@ def coerce(parameter: Parameter, value: Any) -> Any:
 
 
 def number_text(value: float) -> str:
-    """The shortest text that reads back to the same float64; whole numbers have no point."""
+    """The shortest text that reads back to the same float64; up to five signs without an exponent."""
     value = float(value)
-    return orjson.dumps(value).decode().removesuffix(".0") if math.isfinite(value) else repr(value)
+    if not math.isfinite(value):
+        return repr(value)
+    plain = orjson.dumps(value).decode().removesuffix(".0").replace("e+", "e")
+    scientific = np.format_float_scientific(value, trim="-", exp_digits=1).replace("e+", "e")
+    return scientific if len(plain) > 5 and len(scientific) < len(plain) else plain
 
 
 def text_of(parameter: Parameter, value: Any) -> str:

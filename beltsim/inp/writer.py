@@ -83,4 +83,5 @@ def _lines(groups: list[np.ndarray]) -> bytes:
     else:
         first, second = (text[2:-2].split(b"],[") for text in texts)
         text = b"\n".join([b"%b,%b" % pair for pair in zip(first, second)])
-    return (text + b"\n").replace(b".0\n", b"\n").replace(b".0,", b",").replace(b",", b", ")
+    text = (text + b"\n").replace(b".0\n", b"\n").replace(b".0,", b",").replace(b"e+", b"e")
+    return text.replace(b",", b", ")
