@@ -1,4 +1,4 @@
-"""Time and memory of a PNG at 1600x900, beside the time of its rays alone: a troughed belt with bulk and idlers.
+"""Time and memory of a PNG at 1600x900, and size of the web page: a troughed belt with bulk and idlers.
 
 Usage: python benchmarks/picture.py [belt particles] [spheres]
 """
@@ -9,7 +9,8 @@ import time
 
 import numpy as np
 
-from beltsim.view import Boxes, Cylinders, Scenery, Spheres
+from beltsim.view import Boxes, Camera, Cylinders, Scenery, Spheres
+from beltsim.view.html import html_of
 from beltsim.view.png import render
 from beltsim.view.trace import Caster
 
@@ -78,6 +79,7 @@ def main(boxes=4000, balls=5000):
     print(
         f"{triangles} triangles: built in {built:.2f} s; picture {wall:.1f} s, {cpu:.1f} s CPU; peak {peak:.2f} GiB"
     )
+    print(f"web page of the same: {len(html_of(scenery, Camera())) / 1e6:.2f} MB")
 
 
 if __name__ == "__main__":
