@@ -49,6 +49,7 @@ class Making:
     elongation: tuple[float, float] = (1.0, 1.0)
     fibres: str = "none"
     fibre_name: str = "fibre"
+    bond_name: str = ""
     name: str = "belt"
     prefix: str = ""
     touching_columns: int = 0
@@ -273,7 +274,9 @@ def _kinds_of_bonds(belt, making, direction, widths, zone) -> Iterator[tuple[np.
     """Mask of the bonds, zone and name of each kind; of a zone's widths the commonest has the plain name."""
     steps = np.round(widths / widths.max() * 1e10)  # sums of equal numbers differ in their last bits only
     for index in np.unique(zone).tolist():
-        stem = f"{making.prefix}{direction}" + (f"_{belt.zone_names[index]}" if index else "")
+        stem = f"{making.prefix}{making.bond_name}{direction}" + (
+            f"_{belt.zone_names[index]}" if index else ""
+        )
         found, counts = np.unique(steps[zone == index], return_counts=True)
         for number, k in enumerate(np.argsort(-counts, kind="stable").tolist()):
             yield (

@@ -1,7 +1,8 @@
-"""Mesh bytes to a Deck with bonded-particle belts: the whole way in one function."""
+"""Mesh file to a Deck with bonded-particle belts: the whole way in one function."""
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import NamedTuple
@@ -17,11 +18,13 @@ from .frames import Pose, frames, oriented, quaternions
 from .mesh import Mesh
 from .piece import Grid
 from .properties import Sheet, mass_per_area
+from .quads import read_quads, reads_quads
 from .recover import Wishes, recover
 from .refusals import NotABelt
 from .report import info_lines, report
+from .solid import Solid, mid_surfaces, solids_of
 from .stl import read_stl
-from .units import scale_of
+from .units import scale_of, scale_of_solid
 from .zones import Zone, zones_of
 
 
@@ -29,7 +32,9 @@ from .zones import Zone, zones_of
 class Settings:
     """All that a user can state; each part belongs to the step of its name.
 
-    stress_free : "auto", "belt", "row" or "bond"; half_edges : outer nodes lie on the belt's edge.
+    stress_free : "auto", "belt", "row" or "bond"; half_edges : outer nodes lie on the belt's edge; cell : side of
+    the cells that a solid is cut into, m, None for a mid-surface; thickness_stated : else a solid's own is taken;
+    stated : the options as lines for the file; source : path of the mesh as seen from the INP file.
     """
 
     unit: str = "auto"
@@ -39,9 +44,14 @@ class Settings:
     sheet: Sheet = field(default_factory=Sheet)
     stress_free: str = "auto"
     half_edges: bool = False
-    zones: tuple[Zone, ...] = ()
     contact_modulus: float = 5e6
+    friction: float = 0.5
+    restitution: float = 0.3
+    zones: tuple[Zone, ...] = ()
+    cell: float | None = None
+    thickness_stated: bool = False
     stated: dict[str, str] = field(default_factory=dict)
+    source: str | None = None
 
 
 class Conversion(NamedTuple):
@@ -54,67 +64,102 @@ class Conversion(NamedTuple):
     timings: dict[str, float]
 
 
+class Found(NamedTuple):
+    """Proven grids in metres, the unit of the file they came from, and a solid's thickness, m."""
+
+    grids: list[Grid]
+    unit: str
+    thickness: float | None = None
+
+
 def convert(data: bytes, name: str, settings: Settings) -> Conversion:
-    """Belts of an STL file's bytes; `UnreadableMesh` or `NotABelt` if there is no proven grid."""
-    start = perf_counter()
-    mesh = read_stl(data, name)
-    read = perf_counter()
+    """Belts of a mesh file's bytes; `UnreadableMesh` or `NotABelt` if there is no proven grid."""
+    clock = [perf_counter()]
+    mesh = read_quads(data, name) if reads_quads(name) else read_stl(data, name)
+    digest = hashlib.sha256(data).hexdigest()
+    del data
+    clock.append(perf_counter())
     warnings: list[str] = []
     try:
-        grids = grids_in_metres(mesh, settings, warnings)
+        found = _found(mesh, settings, warnings)
     except NotABelt as refusal:
         refusal.name = name
         raise
-    found = perf_counter()
-    deck, belts, reports = assemble(grids, name, settings, warnings)
-    timings = {"read": read - start, "grid": found - read, "belt": perf_counter() - found}
-    return Conversion(deck, belts, reports, warnings, timings)
+    clock.append(perf_counter())
+    if found.thickness and not settings.thickness_stated:
+        settings = replace(settings, sheet=replace(settings.sheet, thickness=found.thickness))
+    belts = [belt_of(grid, settings, warnings) for grid in found.grids]
+    makings = makings_of(belts, settings.making)
+    reports = [report(belt, making) for belt, making in zip(belts, makings)]
+    deck = _deck(name, digest, found.unit, settings, reports)
+    for belt, making in zip(belts, makings):
+        add_belt(deck, belt, making)
+    clock.append(perf_counter())
+    return Conversion(
+        deck, belts, reports, warnings, dict(zip(("read", "grid", "belt"), np.diff(clock).tolist()))
+    )
 
 
-def grids_in_metres(mesh: Mesh, settings: Settings, warnings: list[str]) -> list[Grid]:
-    """Proven grids of a mesh in its own unit, scaled to metres."""
+def _found(mesh: Mesh, settings: Settings, warnings: list[str]) -> Found:
+    if settings.cell is not None:
+        return _from_solids(mesh, settings, warnings)
     grids = recover(mesh, settings.wishes, warnings)
     steps = [
         np.linalg.norm(np.diff(grid.points, axis=axis), axis=2).ravel() for grid in grids for axis in (0, 1)
     ]
-    _, scale = scale_of(settings.unit, float(np.median(np.concatenate(steps))), warnings)
-    return [Grid(grid.points * scale, grid.kind) for grid in grids]
+    unit, scale = scale_of(settings.unit, float(np.median(np.concatenate(steps))), warnings)
+    return Found([Grid(grid.points * scale, grid.kind) for grid in grids], unit)
 
 
-def assemble(grids: list[Grid], name: str, settings: Settings, warnings: list[str]) -> tuple:
-    """Deck, belts and reports of grids in metres."""
-    belts = [belt_of(grid, settings, warnings) for grid in grids]
-    makings = _makings(belts, settings.making)
-    reports = [report(belt, making) for belt, making in zip(belts, makings)]
+def _from_solids(mesh: Mesh, settings: Settings, warnings: list[str]) -> Found:
+    solids: list[Solid] = solids_of(mesh, warnings)
+    unit, scale = scale_of_solid(settings.unit, solids[0].thickness, warnings)
+    surfaces = mid_surfaces(solids, settings.cell / scale, half_edges=settings.half_edges)
+    thickness = float(np.mean([solid.thickness for solid in solids])) * scale
+    return Found([Grid(grid.points * scale, grid.kind) for grid in surfaces], unit, float(f"{thickness:.4g}"))
+
+
+def _deck(name: str, digest: str, unit: str, settings: Settings, reports: list[dict]) -> Deck:
+    """The blocks that are not about one belt: format, information, source, material, contact of belt on belt."""
+    making, lines = settings.making, [f"{key} = {value}" for key, value in settings.stated.items()]
     deck = Deck()
     deck.add("FORMAT", name="BELTSIM", version=1)
-    deck.add("INFO", title="CONVERSION SETTINGS", rows={"text": [f"input = {name}", *_stated(settings)]})
+    deck.add(
+        "INFO",
+        title="CONVERSION SETTINGS",
+        rows={"text": [f"input = {name}", f"unit of the mesh = {unit}", *lines]},
+    )
     deck.add("INFO", title="RESULT", rows={"text": info_lines(reports)})
+    if settings.source:
+        deck.add("MESH SOURCE", input=settings.source, unit=unit.upper(), sha256=digest, rows={"text": lines})
     density = mass_per_area(settings.sheet) / settings.sheet.thickness
     deck.add(
         "MATERIAL",
-        name=settings.making.material,
+        name=making.material,
         density=density,
         youngs_modulus=settings.contact_modulus,
         poisson_ratio=0.45,
     )
-    for belt, making in zip(belts, makings):
-        add_belt(deck, belt, making)
-    return deck, belts, reports
+    if len(reports) > 1 or making.touching_columns:
+        both = {"material_a": making.material, "material_b": making.material}
+        deck.add("CONTACT PROPERTY", **both, friction=settings.friction, restitution=settings.restitution)
+    return deck
 
 
-def _stated(settings: Settings) -> list[str]:
-    return [f"{key} = {value}" for key, value in settings.stated.items()]
-
-
-def _makings(belts: list[Belt], making: Making) -> list[Making]:
+def makings_of(belts: list[Belt], making: Making) -> list[Making]:
     """Names and ids of each belt: several are numbered, and their ids follow each other."""
     if len(belts) == 1:
         return [making]
     result, first_id = [], making.first_id
     for number, belt in enumerate(belts, start=1):
         name = f"{making.name}_{number}"
-        result.append(replace(making, name=name, fibre_name=f"{name}_{making.fibre_name}", first_id=first_id))
+        more = {
+            "name": name,
+            "fibre_name": f"{name}_{making.fibre_name}",
+            "bond_name": f"{name}_",
+            "first_id": first_id,
+        }
+        result.append(replace(making, **more))
         first_id += belt.zone.size
     return result
 

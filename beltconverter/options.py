@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import fields
 
 import click
@@ -73,6 +74,11 @@ OPTIONS = [
         "Largest gap of border nodes to close, in units of the mesh; 0 = exact nodes only. "
         "Default: stepwise up to a quarter cell, only where exact nodes give no belt.",
         zero=True,
+    ),
+    _quantity(
+        "--cell",
+        "length",
+        "MESH is a solid endless belt: make its mid-surface with cells of about this side, m. Default: a mid-surface.",
     ),
     # how it lies
     click.option(
@@ -182,8 +188,24 @@ OPTIONS = [
     _quantity(
         "--contact-modulus", "pressure", "Young's modulus of the cover in contacts, Pa.", default="5 MPa"
     ),
+    click.option(
+        "--friction",
+        type=click.FloatRange(0, 10),
+        default=0.5,
+        show_default=True,
+        help="Friction coefficient of belt on belt; written where belts can touch (pipes, several belts).",
+    ),
+    click.option(
+        "--restitution",
+        type=click.FloatRange(0, 1, min_open=True),
+        default=0.3,
+        show_default=True,
+        help="Coefficient of restitution of belt on belt, likewise.",
+    ),
     # data sheet
-    _quantity("--thickness", "length", "Thickness of the belt, m.", default="10mm"),
+    _quantity(
+        "--thickness", "length", "Thickness of the belt, m. Default: 10 mm, or that of the solid with --cell."
+    ),
     _quantity("--mass-per-area", "mass per area", "Mass of the belt, kg/m2. Default: 11."),
     _quantity("--density", "density", "Instead of the mass per area, kg/m3."),
     _quantity(
@@ -217,6 +239,20 @@ OPTIONS = [
         zero=True,
     ),
     click.option(
+        "--zone",
+        "zone_texts",
+        multiple=True,
+        metavar="TEXT",
+        help="Part of the belt with other properties, as 'cord: columns=1-3,8 tensile-stiffness=8000N/mm'; rows=... "
+        "chooses rows, negative numbers count from the end; may be repeated, later ones win. Default: none.",
+    ),
+    click.option(
+        "--zones",
+        "zone_file",
+        metavar="CSV",
+        help="The same from a table with the columns name, columns, rows and properties. Default: none.",
+    ),
+    click.option(
         "--poisson-ratio",
         type=click.FloatRange(-1, 0.5, min_open=True),
         default=0.3,
@@ -244,16 +280,22 @@ def add_options(command):
     return command
 
 
-def settings_from(options: dict):
+def settings_from(options: dict, *, stated: dict[str, str], source: str | None):
     """`Settings` of parsed options; `UsageProblem` for combinations that make no sense."""
     from .belt import Making
     from .convert import Settings
     from .frames import Pose
     from .properties import Sheet
     from .recover import Wishes
+    from .zones import parse_zone, read_zones
 
     o = options
-    sheet = Sheet(**{field.name: o[field.name] for field in fields(Sheet)})
+    for name in ("name", "name_prefix", "fibre_name", "material"):
+        if re.search(r'[\s*?,"=]', o[name]) or not (o[name] or name == "name_prefix"):
+            raise UsageProblem(
+                f"--{name.replace('_', '-')} '{o[name]}': expected a word without blanks and * ? , = \""
+            )
+    sheet = Sheet(**{field.name: o[field.name] for field in fields(Sheet) if o[field.name] is not None})
     radius = o["edge_radius"]
     if radius is not None and 2 * radius > sheet.thickness:
         raise UsageProblem(
@@ -284,10 +326,11 @@ def settings_from(options: dict):
         stress_free=o["stress_free"],
         half_edges=o["edge"] == "half",
         contact_modulus=o["contact_modulus"],
-        stated=_stated(options),
+        friction=o["friction"],
+        restitution=o["restitution"],
+        zones=(*(read_zones(o["zone_file"]) if o["zone_file"] else ()), *map(parse_zone, o["zone_texts"])),
+        cell=o["cell"],
+        thickness_stated=o["thickness"] is not None,
+        stated=stated,
+        source=source,
     )
-
-
-def _stated(options: dict) -> dict[str, str]:
-    """The options that differ from nothing, as lines of the INFO block."""
-    return {key: str(value) for key, value in options.items() if value not in (None, False, (), "")}

@@ -5,7 +5,7 @@ Defaults are those of a textile belt EP 500/3 with 4 + 2 mm covers: 10 mm thick,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from beltsim.console import UsageProblem
@@ -47,6 +47,26 @@ class Sheet:
                 )
 
 
+DIMENSIONS = {
+    "thickness": "length",
+    "mass_per_area": "mass per area",
+    "density": "density",
+    "tensile_stiffness": "tensile stiffness",
+    "tensile_stiffness_transverse": "tensile stiffness",
+    "youngs_modulus": "pressure",
+    "youngs_modulus_transverse": "pressure",
+    "bending_stiffness": "bending stiffness",
+    "bending_stiffness_transverse": "bending stiffness",
+    "reduction_factor": "ratio",
+    "reduction_factor_transverse": "ratio",
+    "in_plane_reduction_factor": "ratio",
+    "poisson_ratio": "ratio",
+    "damping_factor": "ratio",
+    "tensile_strength": "tensile stiffness",
+    "tensile_strength_transverse": "tensile stiffness",
+    "shear_strength": "pressure",
+    "bond_radius": "length",
+}
 EXCLUSIVE = (
     ("mass_per_area", "density"),
     ("tensile_stiffness", "youngs_modulus"),
@@ -71,6 +91,16 @@ class Direction(NamedTuple):
 def option(field: str) -> str:
     """The command-line spelling of a field."""
     return "--" + field.replace("_", "-")
+
+
+def changed(sheet: Sheet, changes: dict[str, float]) -> Sheet:
+    """The sheet with other values; what one of them says in another way no longer counts."""
+    replaced = {}
+    for one, other in EXCLUSIVE:
+        replaced |= ({other: None} if one in changes else {}) | ({one: None} if other in changes else {})
+    return replace(
+        sheet, **{name: value for name, value in replaced.items() if name not in changes}, **changes
+    )
 
 
 def mass_per_area(sheet: Sheet) -> float:

@@ -62,6 +62,19 @@ def parsed(text: str, dimension: str, *, zero: bool = False, negative: bool = Fa
     return value
 
 
+def scale_of_solid(unit: str, thickness: float, warnings: list[str]) -> tuple[str, float]:
+    """The same for a solid belt, whose facets tell nothing but whose thickness does."""
+    if unit == "auto":
+        unit = "mm" if thickness > 0.5 else "m"
+        warnings.append(
+            f"the mesh has no unit: took {unit}, since the belt is {thickness:.4g} thick; --unit states it"
+        )
+    scale = float(MESH_UNITS[unit])
+    if not 5e-4 <= thickness * scale <= 0.1:
+        warnings.append(f"the belt is {thickness * scale:.4g} m thick in unit {unit}: is the unit right?")
+    return unit, scale
+
+
 def scale_of(unit: str, edge: float, warnings: list[str]) -> tuple[str, float]:
     """Unit and metres per file unit; "auto" infers it from the median edge of the mesh, in file units."""
     if unit == "auto":

@@ -172,3 +172,17 @@ def _matches(found: np.ndarray, made: Made, tolerance: float) -> bool:
         starts = range(len(truth) - rows + 1)
     near = [k for k in starts if np.abs(truth[k, 0] - found[0, 0]).max() <= tolerance]
     return any(np.abs(truth[k : k + rows] - found).max() <= tolerance for k in near)
+
+
+def solid_of(made: Made, thickness: float, rng=None) -> np.ndarray:
+    """Corners (F, 3, 3) of the closed solid of an endless belt whose mid-surface is `made`, random diagonals."""
+    points = made.points
+    along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
+    across = np.gradient(points, axis=1)
+    normal = np.cross(along, across)
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    top, bottom = points + thickness / 2 * normal, points - thickness / 2 * normal
+    rng = rng or np.random.default_rng(0)
+    sides = [np.stack([top[:, k], bottom[:, k]], axis=1) for k in (-1, 0)]
+    grids = [top, bottom[:, ::-1], sides[0], sides[1][:, ::-1]]
+    return np.concatenate([corners_of(m, facets_of(m, "random", rng)) for m in (Made(g, "endless") for g in grids)])

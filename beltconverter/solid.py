@@ -1,0 +1,182 @@
+"""The mid-surface of a solid endless belt, as a structured grid.
+
+The facets fall into faces at edges sharper than 45 degrees; the two largest faces are the carrying and the running
+side, each a ring. Planes across the belt cut both; each cut is divided evenly by arc length, and the mean of the two
+sides is a node. The far end of a cut is found by walking along it: the nearest point of the other belt edge may lie
+on another strand (in a turnover that went wrong at a quarter of the stations).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .mesh import Mesh
+from .piece import Grid
+from .refusals import NotABelt
+from .section import Face, Missed, along_closed, cut, divided
+from .topology import Edges, border_loops, cleaned, components, edges_of, pieces
+
+SHARP = math.cos(math.radians(45))
+ALIKE = 0.6  # smaller over larger area of the two sides of a belt
+
+
+class Solid(NamedTuple):
+    """The two sides of a solid belt and its mean thickness (file units)."""
+
+    one: Face
+    other: Face
+    thickness: float
+
+
+def solids_of(mesh: Mesh, warnings: list[str]) -> list[Solid]:
+    """The belts of a file of solids; `NotABelt` names a body that is none."""
+    mesh = cleaned(mesh, warnings)
+    return [_solid(part, edges) for part, edges in pieces(mesh, edges_of(mesh))]
+
+
+def _solid(mesh: Mesh, edges: Edges) -> Solid:
+    if len(edges.border):
+        found, remedy = (
+            "the surface is not closed",
+            "export a closed solid, or leave out --cell for a mid-surface",
+        )
+        raise NotABelt("open surface", found, remedy, mesh.points[edges.nodes[edges.border[0], 0]])
+    a, b, c = (mesh.points[mesh.facets[:, k]] for k in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    faces = _faces(mesh, edges)
+    size = np.bincount(faces, weights=areas)
+    large = np.argsort(-size, kind="stable")[:2]
+    if len(large) < 2 or size[large[1]] < ALIKE * size[large[0]]:
+        found = "it has no two sides of like size that sharp edges part"
+        remedy = "remove fillets, cleats and profiles from the solid, or mesh the mid-surface"
+        raise NotABelt("solid", found, remedy, mesh.points.mean(axis=0))
+    one, other = (
+        _ring(Mesh(mesh.points, mesh.facets[faces == face], mesh.order[faces == face])) for face in large
+    )
+    other = _matched(other, one)
+    volume = abs(np.sum(a * np.cross(b, c)) / 6) if _is_wound(mesh, edges) else math.nan
+    thickness = volume / (size[large].sum() / 2)
+    return Solid(one, other, thickness if math.isfinite(thickness) else _gap(one, other))
+
+
+def _faces(mesh: Mesh, edges: Edges) -> np.ndarray:
+    """Face (F,) of each facet: smooth over edges blunter than 45 degrees, whatever the winding."""
+    first, second = edges.facets.T
+    ends = edges.nodes
+    edge = mesh.points[ends[:, 1]] - mesh.points[ends[:, 0]]
+    edge /= np.linalg.norm(edge, axis=1, keepdims=True)
+    inward = []
+    for facet in (first, second):
+        apex = mesh.points[mesh.facets[facet].sum(axis=1) - ends.sum(axis=1)] - mesh.points[ends[:, 0]]
+        across = apex - np.sum(apex * edge, axis=1, keepdims=True) * edge
+        inward.append(across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300))
+    is_smooth = np.sum(inward[0] * inward[1], axis=1) < -SHARP
+    return components(len(mesh.facets), first[is_smooth], second[is_smooth])
+
+
+def _is_wound(mesh: Mesh, edges: Edges) -> bool:
+    """Whether all facets are wound alike, so that the divergence theorem gives the volume."""
+    direction = np.sign(np.roll(mesh.facets, -1, axis=1) - mesh.facets).ravel()
+    return not np.bincount(edges.of_facet.ravel(), weights=direction).any()
+
+
+def _gap(one: Face, other: Face) -> float:
+    from scipy.spatial import cKDTree
+
+    return float(np.median(cKDTree(other.points).query(one.points)[0]))
+
+
+def _ring(side: Mesh) -> Face:
+    """One side of an endless belt: a face with two closed borders."""
+    ((part, edges),) = pieces(side, edges_of(side))
+    loops = border_loops(edges)
+    if len(loops) != 2:
+        what = "ends (an open length)" if len(loops) == 1 else f"{len(loops)} borders"
+        remedy = "--cell takes whole endless belts: close the belt in CAD, or mesh the mid-surface"
+        raise NotABelt("solid", f"a side of the belt has {what}", remedy, part.points.mean(axis=0))
+    border = np.full(len(edges.nodes), -1)
+    border[edges.border] = np.isin(edges.nodes[edges.border, 0], loops[1])
+    return Face(
+        part.points, part.facets, edges.of_facet, edges.facets, border, [part.points[loop] for loop in loops]
+    )
+
+
+def _matched(face: Face, guide: Face) -> Face:
+    """The face with its borders in the order of those that lie opposite on `guide`."""
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(guide.loops[0])
+    one, other = (tree.query(loop)[0].mean() for loop in face.loops)
+    if one <= other:
+        return face
+    return face._replace(border=np.where(face.border < 0, -1, 1 - face.border), loops=face.loops[::-1])
+
+
+def mid_surfaces(solids: list[Solid], cell: float, *, half_edges: bool) -> list[Grid]:
+    """Grids of the mid-surfaces, cells of about `cell` (file units), whole numbers of them along and across.
+
+    The outer nodes lie half a cell inside the belt's edge, or on it with `half_edges`.
+    """
+    return [_mid_surface(solid, cell, half_edges) for solid in solids]
+
+
+def _mid_surface(solid: Solid, cell: float, half_edges: bool) -> Grid:
+    centre = _centre_line(solid.one, cell)
+    rows = max(round(_girth(centre) / cell), 3)
+    stations, directions = along_closed(centre, rows)
+    chains = [_cut(solid.one, *station) for station in zip(stations, directions)]
+    width = float(np.mean([np.linalg.norm(np.diff(chain, axis=0), axis=1).sum() for chain in chains]))
+    columns = max(round(width / cell) + half_edges, 2)
+    shares = np.linspace(0, 1, columns) if half_edges else (np.arange(columns) + 0.5) / columns
+    points = np.empty((rows, columns, 3))
+    for i, chain in enumerate(chains):
+        back = _cut(solid.other, stations[i], directions[i])
+        points[i] = (divided(chain, shares) + divided(back, shares)) / 2
+    _refuse_folds(points, directions, cell)
+    return Grid(points, "endless")
+
+
+def _centre_line(face: Face, cell: float) -> np.ndarray:
+    """Middles (n, 3) of cuts across the belt, about one a cell.
+
+    The first cut stands square to one edge. Where the belt twists, the edges run aslant of its centre line, one to
+    each side, so the second cut stands square to the mean of both edges' directions.
+    """
+    from scipy.spatial import cKDTree
+
+    starts, ways = along_closed(face.loops[0], max(round(_girth(face.loops[0]) / cell), 3))
+    opposite, opposite_ways = along_closed(face.loops[1], 4 * len(starts))
+    nearest = cKDTree(opposite)
+    middles = []
+    for start, way in zip(starts, ways):
+        chain = _cut(face, start, way)
+        other = opposite_ways[nearest.query(chain[-1])[1]]
+        mean = way + np.sign(other @ way) * other
+        chain = _cut(face, divided(chain, np.array([0.5]))[0], mean / np.linalg.norm(mean))
+        middles.append(divided(chain, np.array([0.5]))[0])
+    return np.array(middles)
+
+
+def _cut(face: Face, point: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    try:
+        return cut(face, point, direction)
+    except Missed as missed:
+        raise NotABelt("solid", str(missed), "mesh the mid-surface of this belt", point) from None
+
+
+def _girth(loop: np.ndarray) -> float:
+    return float(np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1).sum())
+
+
+def _refuse_folds(points: np.ndarray, directions: np.ndarray, cell: float) -> None:
+    """Every node is ahead of the one before it and within two cells of it."""
+    ahead = np.roll(points, -1, axis=0) - points
+    forward = np.einsum("ijk,ik->ij", ahead, directions)
+    bad = (forward <= 0) | (np.linalg.norm(ahead, axis=2) > 2.5 * cell)
+    if bad.any():
+        i, j = np.argwhere(bad)[0]
+        remedy = "take smaller --cell, or mesh the mid-surface"
+        raise NotABelt("solid", "the cuts across the belt cross each other", remedy, points[i, j])
