@@ -272,6 +272,22 @@ def test_a_box_that_leaves_over_the_cylinder_s_end_loses_its_force_in_proportion
     assert shapes.box_cylinder(*flat_box(1e-4, along=HALF_LENGTH + CORE[1]))[0] == 0.0
 
 
+@pytest.mark.parametrize("half_width", [0.0125, 0.025, 0.05])
+def test_a_box_skewed_by_any_angle_carries_at_least_the_line_across_its_face(half_width):
+    core = (0.0125, half_width, 0.001)
+    for angle in np.linspace(0.0, 0.5 * np.pi, 181):
+        orientation = quaternion(Rotation.from_euler("z", angle))
+        centre = (0.0, 0.0, RADIUS + EDGE + core[2] - 2e-4)
+        area, length, *_ = shapes.box_cylinder(
+            centre, orientation, core, EDGE, (0.0, 0.0, 0.0), AXIS, RADIUS, HALF_LENGTH
+        )
+        line = 2 * min(core[1] / max(np.cos(angle), 1e-12), core[0] / max(np.sin(angle), 1e-12))
+        # The edges beside the line may add to it; 1e-4: the regularisation shifts the line's ends.
+        assert area > 2e-4 * line * (1 - 1e-4)
+        assert length > line * (1 - 1e-4)
+        assert area < 2e-4 * line * 1.4
+
+
 SWEEPS = {
     "yaw by a quarter turn": lambda u: (Rotation.from_euler("z", 0.5 * np.pi * u), 0.0),
     "tilt until only an end touches": lambda u: (Rotation.from_euler("x", 0.2 * u), 0.0),

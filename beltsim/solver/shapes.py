@@ -170,10 +170,11 @@ def sorted_box_axes(orientation, core, axis):
 def box_cylinder(box_centre, orientation, core, edge_radius, middle, axis, cylinder_radius, half_length):
     """Line contact of a rounded box and a cylinder's mantle.
 
-    The box is swept along its edge direction most parallel to the axis; the overlap at both ends of the part above
-    the mantle gives a line whose overlap varies linearly, and the integral of its positive part is exact. So tilt moves
-    the centre of the force along the line and leaves its size, and a box that leaves over the cylinder's end does so
-    gradually.
+    The box is swept along its edge direction most parallel to the axis. Its nearest points to the axis above the mantle
+    are a line along which the overlap varies linearly, with kinks where a skew box's line runs off a face: the integral
+    of the positive part of each piece is exact. So tilt moves the centre of the force along the line and leaves its
+    size, and a box that leaves over the cylinder's end does so gradually. One jump is left: at 45 degrees of skew the
+    sweep changes its edge, which is 8 % of the force of a 1:2 box at an overlap of 0.2 mm, nothing for a square.
 
     Returns
     -------
@@ -188,23 +189,63 @@ def box_cylinder(box_centre, orientation, core, edge_radius, middle, axis, cylin
     low, high = span_above_mantle(dot(centre, axis), dot(along, axis), half_length)
     if low >= high:
         return nothing
-    flat_b, flat_c = flatten(b, axis), flatten(c, axis)
+    sides = b, c, flatten(b, axis), flatten(c, axis)
     reach = cylinder_radius + edge_radius
-    near_low = nearest_to_axis(plus(centre, low, along), b, c, flat_b, flat_c, axis)
-    near_high = nearest_to_axis(plus(centre, high, along), b, c, flat_b, flat_c, axis)
-    overlap_low = reach - norm(flatten(near_low, axis))
-    overlap_high = reach - norm(flatten(near_high, axis))
-    share, mean, place = positive_part(overlap_low, overlap_high)
-    if share <= 0.0:
+    area, length, moment = 0.0, 0.0, (0.0, 0.0, 0.0)
+    begin, t, u, near_begin = low, *nearest_to_axis(plus(centre, low, along), sides, axis)
+    kinks = kinks_of_line(centre, along, sides, t, u, axis)
+    while begin < high:
+        end = next_kink(kinks, begin, high)
+        _, _, near_end = nearest_to_axis(plus(centre, end, along), sides, axis)
+        share, mean, place = positive_part(
+            reach - norm(flatten(near_begin, axis)), reach - norm(flatten(near_end, axis))
+        )
+        line = sub(near_end, near_begin)
+        piece = share * norm(line)
+        length += piece
+        area += mean * piece
+        moment = plus(moment, mean * piece, plus(near_begin, place, line))
+        begin, near_begin = end, near_end
+    if area <= 0.0:
         return nothing
-    line = sub(near_high, near_low)
-    length = share * norm(line)
-    at_line = plus(near_low, place, line)
+    at_line = scaled(moment, 1.0 / area)
     radial = flatten(at_line, axis)
     distance = norm(radial)
     normal = scaled(radial, 1.0 / distance) if distance > TINY else any_normal(axis)
     point = plus(add(middle, sub(at_line, radial)), cylinder_radius, normal)
-    return mean * length, length, normal, point
+    return area, length, normal, point
+
+
+@inner
+def kinks_of_line(centre, along, sides, t, u, axis):
+    """Four places s where the nearest point of the section comes to or leaves an end of b or c.
+
+    `t`, `u` is that point at one end of the line: for one of the two directions it is the end that touches.
+    """
+    _, _, b, c = sides
+    start, slope = flatten(centre, axis), flatten(along, axis)
+    b1, b2 = passing_ends(plus(start, u, c), slope, b)
+    c1, c2 = passing_ends(plus(start, t, b), slope, c)
+    return b1, b2, c1, c2
+
+
+@inner
+def passing_ends(start, slope, b):
+    """Values of s where the point of start + s slope + t b nearest to the origin, at a fixed s, has t = -1 and 1."""
+    rate = dot(slope, b)
+    if abs(rate) < TINY:
+        return math.inf, math.inf
+    return (dot(b, b) - dot(start, b)) / rate, (-dot(b, b) - dot(start, b)) / rate
+
+
+@inner
+def next_kink(kinks, begin, high):
+    """The least kink beyond `begin`, or `high`."""
+    end = high
+    for kink in kinks:
+        if begin < kink < end:
+            end = kink
+    return end
 
 
 @inner
@@ -218,10 +259,11 @@ def span_above_mantle(height, slope, half_length):
 
 
 @inner
-def nearest_to_axis(start, b, c, flat_b, flat_c, axis):
-    """Point of the rectangle start + s b + t c nearest to the axis through the origin."""
+def nearest_to_axis(start, sides, axis):
+    """Point of the rectangle start + s b + t c nearest to the axis through the origin: s, t and the point."""
+    b, c, flat_b, flat_c = sides
     s, t = nearest_on_section(flatten(start, axis), flat_b, flat_c)
-    return plus(plus(start, s, b), t, c)
+    return s, t, plus(plus(start, s, b), t, c)
 
 
 @inner
