@@ -73,7 +73,7 @@ def test_a_quaternion_within_1e_6_of_unit_length_is_made_unit_and_stays_so():
 
 def test_numbers_are_written_as_the_shortest_text():
     deck = inp.Deck()
-    deck.add("GRAVITY", rows={"acceleration": [0.1, 1e-7, -9.81]})
+    deck.add("GRAVITY", rows={"acceleration": [1e22, 1e-7, -9.81]})
     deck.add(
         "BOND TYPE", name="b", radius=0.005, youngs_modulus=2.1e11, poisson_ratio=1 / 3, damping_factor=2e-5
     )
