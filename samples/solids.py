@@ -125,7 +125,8 @@ def revolve(profile, centre=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), *, pieces=1, 
     """The solid of revolution of a half profile of (r, z) points.
 
     The profile runs counter-clockwise in the (r, z) plane (material on its left) and is closed by itself,
-    unless its first and last point lie on the axis. A point (r, z, (rc, zc)) starts an arc about (rc, zc).
+    unless its first and last point lie on the axis. A point (r, z, (rc, zc)) starts an arc about (rc, zc),
+    convex if it is half a circle.
     Every curved face is cut into `pieces` sectors, or once if `seam`; `hole` says how inner faces are spelt:
     "reversed" faces or negative "cosine".
     """
@@ -183,7 +184,7 @@ def _revolved(place, start, end, arc, hole) -> tuple[Surface, bool]:
     e1, _, axis = place.frame
     if arc is not None:
         outward = (z1 - z0, r0 - r1)
-        convex = outward[0] * (r0 + r1 - 2 * arc[0]) + outward[1] * (z0 + z1 - 2 * arc[1]) > 0
+        convex = outward[0] * (r0 + r1 - 2 * arc[0]) + outward[1] * (z0 + z1 - 2 * arc[1]) >= 0
         minor = hypot(r0 - arc[0], z0 - arc[1])
         if arc[0] == 0:
             return Surface("sphere", (*place.at(0, arc[1]), minor, *e1, *axis)), not convex
@@ -215,7 +216,7 @@ def _seams(solid, place, segment, ring, next_ring) -> list[int]:
             centre = place.at(arc[0], arc[1], angle)
             outwards = add(place.at(1, 0, angle), times(-1, place.at(0, 0)))
             turn = (r0 - arc[0]) * (z1 - arc[1]) - (z0 - arc[1]) * (r1 - arc[0])
-            normal = times(1 if turn > 0 else -1, cross(outwards, place.frame[2]))
+            normal = times(1 if turn >= 0 else -1, cross(outwards, place.frame[2]))
             curve = Curve("ellipse", (*centre, *normal, *add(start, times(-1, centre)), 1))
             dot = (r0 - arc[0]) * (r1 - arc[0]) + (z0 - arc[1]) * (z1 - arc[1])
             low, high = 0.0, atan2(abs(turn), dot)
