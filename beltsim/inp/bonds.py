@@ -39,12 +39,16 @@ def bond_row_problems(block: Block, problems: Problems) -> None:
 
 
 def _has_section_axes(block: Block, axis: np.ndarray) -> np.ndarray:
-    """Whether e3 can be made: from the mean local z, else from the mean local y."""
+    """Whether e3 can be made: from the mean local z, else the mean local y, else local z of particle 1.
+
+    The last is for the seam of a Moebius belt, where both means cancel: its neighbours lie upside down.
+    """
     quaternions = block.rows["orientation_1"], block.rows["orientation_2"]
     normal = _share_across(sum(map(_local_z, quaternions)) / 2, axis)
     fine = normal >= _LEAST_NORMAL
     if not fine.all():
         fine |= _share_across(sum(map(_local_y, quaternions)) / 2, axis) > 1e-6
+        fine |= _share_across(_local_z(quaternions[0]), axis) >= _LEAST_NORMAL
     return fine
 
 

@@ -289,7 +289,8 @@ _BONDS = (
         "BOND",
         "Bonds of one type: the ids of two particles and the stress-free state of the two. Any common rigid "
         "motion of it means the same; start positions never enter the law. Section axes: e1 from particle 1 to 2; "
-        "e3 = mean of both local z made normal to e1 (mean local y if that is shorter than 0.1); e2 = e3 x e1.",
+        "e3 = mean of both local z made normal to e1 (mean local y if that is shorter than 0.1; local z of particle 1 "
+        "if that cancels too, as at the seam of a Moebius belt); e2 = e3 x e1.",
         (_reference("TYPE", "BOND TYPE", "type of the bonds", required=True),),
         (
             Column("particles", ("id1", "id2"), "id"),

@@ -92,7 +92,8 @@ def stiffness_of(block: Block, section: Section, length: np.ndarray) -> tuple[np
 def triads_of(rows: dict) -> np.ndarray:
     """Quaternions (n, 4) of the stress-free bond triads in the axes of the rows.
 
-    e1 from particle 1 to 2; e3 = mean of both local z made normal to e1, mean local y if that is shorter than 0.1.
+    e1 from particle 1 to 2; e3 = mean of both local z made normal to e1, mean local y if that is shorter than 0.1,
+    local z of particle 1 if that cancels too (the seam of a Moebius belt: its neighbours lie upside down).
     """
     from scipy.spatial.transform import Rotation
 
@@ -102,12 +103,13 @@ def triads_of(rows: dict) -> np.ndarray:
     e1 = d / np.linalg.norm(d, axis=1)[:, None]
 
     def made_normal(axis):
-        mean = 0.5 * (first[:, :, axis] + second[:, :, axis])
-        return mean - np.sum(mean * e1, axis=1)[:, None] * e1
+        return axis - np.sum(axis * e1, axis=1)[:, None] * e1
 
-    e3, other = made_normal(2), made_normal(1)
+    e3, other = (made_normal(0.5 * (first[:, :, k] + second[:, :, k])) for k in (2, 1))
     short = np.linalg.norm(e3, axis=1) < 0.1
     e3[short] = other[short]
+    cancelled = np.linalg.norm(e3, axis=1) < 1e-6
+    e3[cancelled] = made_normal(first[:, :, 2])[cancelled]
     e3 /= np.linalg.norm(e3, axis=1)[:, None]
     return Rotation.from_matrix(np.stack([e1, np.cross(e3, e1), e3], axis=2)).as_quat(scalar_first=True)
 
