@@ -250,6 +250,16 @@ def test_groups_of_one_belt_do_not_touch():
     assert missing_pairs(left_right()) == []
 
 
+def test_particles_of_a_group_without_a_belt_do_not_touch():
+    text = (
+        HEAD
+        + "*CONTACT GROUP, NAME=rope\n"
+        + sphere("r", "rubber", "CONTACT GROUP=rope")
+        + particles("r", 1, 2)
+    )
+    assert missing_pairs(text) == []
+
+
 def test_groups_of_one_belt_touch_if_a_pair_says_so_in_either_order():
     assert missing_pairs(left_right(pair("right", "left", "YES"))) == [("coal", "rubber")]
 
