@@ -97,7 +97,17 @@ class Model:
 
     def is_reversed(self, face: int) -> bool:
         """Whether a face looks against the normal of its surface."""
-        return "reversed" in self.sat.words(face)
+        return self._is_reversed(face)
+
+    def _is_reversed(self, record: int) -> bool:
+        """The sense of a face or edge: the field behind its last pointer."""
+        words = self.sat.words(record)
+        last = max((i for i, word in enumerate(words) if word[0] == "$"), default=0)
+        sense = words[last + 1] if last + 1 < len(words) else "nothing"
+        if sense not in ("forward", "reversed", "0", "1"):
+            found = f"found the sense {sense!r} in a {words[0]}, expected forward or reversed"
+            raise SatError(self.sat.problem(record, found))
+        return sense in ("reversed", "1")
 
     def is_sheet(self, face: int) -> bool:
         """Whether both sides of a face are outside: a sheet without thickness."""
@@ -119,11 +129,7 @@ class Model:
         ends = [self._point(n) for n in vertices]
         curves = [n for n in targets if n >= 0 and sat.bases[n] == "curve"]
         curve = self._cached(curves[-1], curve_of) if curves else None
-        words = sat.words(record)
-        is_ring = vertices[0] == vertices[1]
-        last = max(i for i, word in enumerate(words) if word[0] == "$")
-        forward = words[last + 1 : last + 2] not in (["reversed"], ["1"])
-        return Edge(record, *ends, is_ring, curve, forward)
+        return Edge(record, *ends, vertices[0] == vertices[1], curve, not self._is_reversed(record))
 
     def _point(self, vertex: int) -> Vector:
         sat = self.sat
@@ -217,6 +223,7 @@ def read_model(sat: SatText) -> Model:
     coedge_loop = links.up("coedge", "loop", instead=dict.fromkeys(links.all("wire"), -1))
     coedge_edge = links.up("coedge", "edge")
     transforms = links.up("body", "transform", optional=True)
+    senses = {coedge: links.sense(coedge) for coedge, loop in coedge_loop.items() if loop >= 0}
     links.check()
 
     solids = {lump: Solid(lump, body, transforms.get(body)) for lump, body in lump_body.items()}
@@ -232,7 +239,7 @@ def read_model(sat: SatText) -> Model:
         loops[face].append(loop)
     for coedge, loop in coedge_loop.items():
         if loop >= 0:
-            coedges[loop].append((coedge_edge[coedge], links.sense(coedge, loop)))
+            coedges[loop].append((coedge_edge[coedge], senses[coedge]))
     wires = len({lump for lump in solids if not solids[lump].faces})
     found = [solid for solid in solids.values() if solid.faces]
     return Model(sat, found, wires, loose, surface_of_face, dict(loops), dict(coedges))
@@ -269,14 +276,14 @@ class _Links:
                 self.problems.append((record, f"found a {base} that points at no {above}"))
         return found
 
-    def sense(self, coedge: int, loop: int) -> str:
-        """The field of a coedge that stands before its pointer to the loop."""
+    def sense(self, coedge: int) -> str:
+        """The sense of a coedge: the field between its pointers to the edge and to the loop."""
         words = self.sat.words(coedge)
-        for word in ("forward", "reversed"):
-            if word in words:
+        for before, word, after in zip(words, words[1:], words[2:]):
+            if word in ("forward", "reversed", "0", "1") and before[0] == after[0] == "$":
                 return word
-        at = [i for i, word in enumerate(words) if word == f"${loop}"]
-        return words[at[0] - 1] if at else "forward"
+        self.problems.append((coedge, "found a coedge without a sense, expected forward or reversed"))
+        return ""
 
     def check(self):
         if self.problems:
