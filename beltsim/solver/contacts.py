@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 
-from beltsim.solver.bonds import put_loads
 from beltsim.solver.contact import (
     HERTZ_DAMPING,
     LINE_STIFFNESS,
@@ -22,6 +21,15 @@ from beltsim.solver.shapes import box_cylinder, sphere_box, sphere_cylinder, sph
 from beltsim.solver.vectors import add, at, at4, axis_z, cross, dot, put, scaled, sub
 
 NONE = (0.0, 0.0, 0.0)
+
+
+@inner
+def put_loads(loads, k, force, torque_first, torque_second):
+    """Store the loads of pair k; the force on the second is the opposite of that on the first."""
+    for row in range(3):
+        loads[row, k] = force[row]
+        loads[3 + row, k] = torque_first[row]
+        loads[6 + row, k] = torque_second[row]
 
 
 @inner
@@ -85,6 +93,13 @@ def touch(contacts, k, force, normal, shear_stiffness, damping, mass, bound, rel
 
 
 @inner
+def reduced_mass(mass, mobility, i, j):
+    """Reduced mass [kg] of particles i and j for the damping: what is held moves like an infinite mass."""
+    inverse = mobility[0, i] / mass[i] + mobility[0, j] / mass[j]
+    return 1.0 / inverse if inverse > 0.0 else mass[i]
+
+
+@inner
 def surface(velocity, spin, arm):
     """Velocity of a body's material point at `arm` from its centre."""
     return add(velocity, cross(spin, arm))
@@ -94,7 +109,7 @@ def surface(velocity, spin, arm):
 def sphere_sphere_pass(particles, shapes, laws, contacts, time_step):
     """Contacts between spheres."""
     position, velocity, spin = particles.position, particles.velocity, particles.angular_velocity
-    mass, radius, material = particles.mass, shapes.radius, shapes.material
+    mass, mobility, radius, material = particles.mass, particles.mobility, shapes.radius, shapes.material
     first, second, overlaps = contacts.first, contacts.second, contacts.overlap
     for k in range(first.size):
         i, j = first[k], second[k]
@@ -115,7 +130,7 @@ def sphere_sphere_pass(particles, shapes, laws, contacts, time_step):
             overlap,
             normal,
             radius[i] * radius[j] / (radius[i] + radius[j]),
-            mass[i] * mass[j] / (mass[i] + mass[j]),
+            reduced_mass(mass, mobility, i, j),
             law_of(laws, material[i], material[j]),
             relative,
             (spin_i, spin_j),
@@ -195,14 +210,13 @@ def sphere_on_box(particles, shapes, laws, contacts, k, i, j, time_step):
     spin_i, spin_j = at(particles.angular_velocity, i), at(particles.angular_velocity, j)
     velocity_i = surface(at(particles.velocity, i), spin_i, arm_i)
     velocity_j = surface(at(particles.velocity, j), spin_j, arm_j)
-    mass_i, mass_j = particles.mass[i], particles.mass[j]
     hertz_mindlin(
         contacts,
         k,
         overlap,
         normal,
         radius,
-        mass_i * mass_j / (mass_i + mass_j),
+        reduced_mass(particles.mass, particles.mobility, i, j),
         law_of(laws, shapes.material[i], shapes.material[j]),
         sub(velocity_i, velocity_j),
         (spin_i, spin_j),
