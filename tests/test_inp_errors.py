@@ -30,6 +30,7 @@ def bad_texts():
 BAD = bad_texts() | {
     "latin-1": (b"*INFO, TITLE=a\n\xe9\n", [(2, "found the byte 0xe9, expected UTF-8 text")]),
     "UTF-16": ("*STEP".encode("utf-16"), [(1, "found UTF-16 text, expected UTF-8")]),
+    "binary": (b"\x89HDF\0\0\n1\n", [(1, "found a binary file, expected INP text")]),
     "control character": (
         "*INFO, TITLE=a\x00b\n",
         [(1, "found TITLE=the control character '\\x00', expected printable text")],

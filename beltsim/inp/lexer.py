@@ -39,6 +39,9 @@ def clean(data: bytes, file: str, problems: Problems) -> bytes:
         try:
             data.decode()
         except UnicodeDecodeError as error:
+            if b"\0" in data:
+                problems.add(Where(file, 1), "a binary file", "INP text")
+                return b""
             line = 1 + data.count(b"\n", 0, error.start)
             problems.add(Where(file, line), f"the byte 0x{data[error.start]:02x}", "UTF-8 text")
             data = data.decode(errors="replace").encode()

@@ -76,7 +76,10 @@ class _Reading:
 
     def text(self, data: bytes, file: str, folder: Path, opened: list[str]) -> None:
         """Read one text; `opened` are the files that are being read, this one last."""
+        before = len(self.problems)
         data = clean(data, file, self.problems)
+        if len(self.problems) > before:
+            self.gaps.add(*KEYWORDS)
         for raw in raw_blocks(data, file, self.problems):
             self._block(raw, data, folder, opened)
 
