@@ -105,6 +105,17 @@ def test_bonds_are_stored_as_ids_when_ids_are_constant_else_as_slots(tmp_path):
             np.testing.assert_array_equal(file["connectivity/bonds"], expected)
 
 
+def test_each_part_has_its_own_view_that_grows(tmp_path):
+    contents = make_contents()
+    frames = make_frames(contents)
+    with h5py.File(write(tmp_path, contents, frames)) as file:
+        for name, path in (("head/1", "head%2F1"), ("floor", "floor")):
+            value = file[f"parts/{path}/force/value"]
+            np.testing.assert_array_equal(value, [frame.parts[name]["force"] for frame in frames])
+            assert file[f"parts/{path}/force/time"] == file["particles/all/position/time"]
+        assert file["parts/head%2F1"].attrs["class"] == "PULLEY"
+
+
 def test_only_the_chosen_fields_are_written(tmp_path):
     contents = dataclasses.replace(make_contents(), fields=frozenset({"VELOCITY"}))
     with h5py.File(write(tmp_path, contents, [])) as file:
@@ -153,7 +164,7 @@ def break_observable(frame):
         (break_shape, r"velocity/value: found shape \(12, 2\), expected shape \(12, 3\)"),
         (break_field, r"orientation/value: found nothing, expected shape \(12, 4\)"),
         (break_bond, "axial_force: found nothing"),
-        (break_part, r"force/value: found shape \(4,\), expected shape \(3,\)"),
+        (break_part, r"part head/1: force: found shape \(4,\), expected shape \(3,\)"),
         (break_observable, "energy/value: found nothing"),
     ],
 )

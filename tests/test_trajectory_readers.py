@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 import warnings
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -150,7 +151,7 @@ with TrajectoryWriter(sys.argv[1], contents, planned_frames=1_000_000) as writer
 def kill_a_run(path, packing, after):
     """Start an endless run, kill it; returns how many frames it says it has written."""
     command = [sys.executable, "-c", ENDLESS_RUN, str(path), packing]
-    here = os.environ | {"PYTHONPATH": os.path.dirname(__file__)}  # noqa: PTH120
+    here = os.environ | {"PYTHONPATH": str(Path(__file__).parent)}
     with subprocess.Popen(command, stdout=subprocess.PIPE, env=here) as run:
         run.stdout.readline()
         time.sleep(after)

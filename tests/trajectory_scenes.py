@@ -18,7 +18,7 @@ SCENES = {
 def make_contents(
     *, dynamic=False, several_types=False, double=False, compress=False, slots=SLOTS, belt=BELT
 ):
-    """A belt strip of `belt` bonded particles, one part, two observables, and slots for bulk."""
+    """A belt strip of `belt` bonded particles, two parts, two observables, and slots for bulk."""
     properties = {
         "species_of": (np.arange(slots) >= belt).astype("i4"),
         "mass": np.linspace(1.0, 2.0, slots),
@@ -35,7 +35,10 @@ def make_contents(
         id=None if dynamic else 100 + np.arange(slots),
         **({} if several_types else properties),
         bonds=np.stack([np.arange(belt - 1), np.arange(1, belt)], axis=1),
-        parts=(PartDescription("head/1", "CYLINDER", "PULLEY", {"diameter": 0.4, "length": 0.8}, "#cc3333"),),
+        parts=(
+            PartDescription("head/1", "CYLINDER", "PULLEY", {"diameter": 0.4, "length": 0.8}, "#cc3333"),
+            PartDescription("floor", "PLANE"),
+        ),
         fields=frozenset({"VELOCITY", "ORIENTATION", "FORCE", "BOND FORCE", "BOND MOMENT", "BOND STRAIN"}),
         observables=(("energy", "J", 1), ("momentum", "kg m s-1", 3)),
         double=double,

@@ -23,7 +23,7 @@ from beltsim.trajectory.layout import (
     escaped,
     property_field,
 )
-from beltsim.trajectory.series import Series, grow
+from beltsim.trajectory.series import Series, check_shape, grow
 
 if TYPE_CHECKING:
     import h5py
@@ -156,32 +156,58 @@ def _bond_series(group: h5py.Group, contents: Contents, name: str) -> Series:
 
 
 def _create_parts(file: h5py.File, contents: Contents) -> list[Series]:
+    """All parts in one array per quantity, and a view of it for each part.
+
+    An array for each part and quantity cost 76 ms a frame with 60 parts; this costs as much as with none.
+    """
     file.create_group("parts")
-    series = []
-    for part in contents.parts:
-        _describe(file.create_group(f"parts/{escaped(part.name)}"), part)
-        series += [_part_series(file, part.name, quantity) for quantity in PARTS]
+    if not contents.parts:
+        return []
+    group = file.create_group("beltsim/parts")
+    series = [_part_series(group, contents, quantity) for quantity in PARTS]
+    for p, part in enumerate(contents.parts):
+        _describe(file.create_group(f"parts/{escaped(part.name)}"), part, p)
+        for quantity, one in zip(PARTS, series):
+            _create_part_view(file, part.name, quantity, one.dataset, p)
     return series
 
 
-def _describe(group: h5py.Group, part: PartDescription) -> None:
+def _part_series(group: h5py.Group, contents: Contents, quantity: str) -> Series:
+    columns, unit = PARTS[quantity]
+    names = [part.name for part in contents.parts]
+
+    def take(frame: Frame):
+        rows = [frame.parts.get(name, {}).get(quantity) for name in names]
+        for name, row in zip(names, rows):
+            check_shape(f"part {name}: {quantity}", row, columns)
+        return np.array(rows)
+
+    series = grow(group, quantity, (len(names), *columns), "f8", take)
+    series.dataset.attrs["unit"] = unit
+    return series
+
+
+def _create_part_view(file: h5py.File, part: str, quantity: str, source: h5py.Dataset, p: int) -> None:
+    """View of (T, P, columns) as (T, columns) that grows with it."""
+    import h5py
+
+    (columns,), unit = PARTS[quantity]
+    layout = h5py.VirtualLayout((1, columns), dtype=source.dtype, maxshape=(None, columns))
+    every = slice(0, h5py.h5s.UNLIMITED)
+    view = h5py.VirtualSource(".", source.name, (1, *source.shape[1:]), maxshape=source.maxshape)
+    layout[every, :] = view[every, p, :]
+    element = _element(file, f"parts/{escaped(part)}", quantity)
+    element.create_virtual_dataset("value", layout).attrs["unit"] = unit
+
+
+def _describe(group: h5py.Group, part: PartDescription, p: int) -> None:
+    group.attrs["row"] = p
     group.attrs["shape"] = part.shape
     group.attrs["class"] = part.part_class
     group.attrs["color"] = part.color
     sizes = group.create_group("sizes")
     for name, size in part.sizes.items():
         sizes.attrs[name] = float(size)
-
-
-def _part_series(file: h5py.File, part: str, quantity: str) -> Series:
-    columns, unit = PARTS[quantity]
-
-    def take(frame: Frame):
-        return frame.parts.get(part, {}).get(quantity)
-
-    series = grow(_element(file, f"parts/{escaped(part)}", quantity), "value", columns, "f8", take)
-    series.dataset.attrs["unit"] = unit
-    return series
 
 
 def _create_observables(file: h5py.File, contents: Contents) -> list[Series]:

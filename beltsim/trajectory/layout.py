@@ -56,7 +56,10 @@ PARTS = {
     "force": ((3,), "N"),
     "torque": ((3,), "N m"),
 }
-"""Per part and frame: columns and unit of /parts/<name>/<quantity>/value, float64 (T, columns)."""
+"""Columns and unit of /parts/<name>/<quantity>/value, (T, columns) float64.
+
+They are views of /beltsim/parts/<quantity>, (T, P, columns), with the parts in the order of the contents.
+"""
 
 FIELDS = {
     "VELOCITY": ("velocity",),
@@ -118,7 +121,10 @@ class Contents:
     fields: frozenset[str] = frozenset()
     """Keys of `FIELDS` that every frame brings."""
     observables: tuple[tuple[str, str, int], ...] = ()
-    """(name, unit, columns) of /observables/<name>/value, float64 (T,) for 1 column, else (T, columns)."""
+    """(name, unit, columns) of /observables/<name>/value, float64 (T,) for 1 column, else (T, columns).
+
+    Read back in the order of their names.
+    """
     shapes: tuple[str, ...] = ()
     """Shape of each species (SPHERE, ROUNDED BOX, CYLINDER), for who draws them; /beltsim/species/shape."""
     colors: tuple[str, ...] = ()

@@ -123,8 +123,8 @@ class Trajectory:
             **properties,
             **{name: _per_particle(particles, name, t, n) for name in PARTICLES},
             bonds={name: dataset[t] for name, dataset in file.get("beltsim/bonds", {}).items()},
-            parts={unquote(name): _elements(part, t) for name, part in file["parts"].items()},
-            observables=_elements(file["observables"], t),
+            parts=_parts(file, self.contents, t),
+            observables={unquote(name): one["value"][t] for name, one in file["observables"].items()},
         )
 
 
@@ -135,8 +135,12 @@ def _per_particle(particles: h5py.Group, name: str, t: int, n: int) -> np.ndarra
     return particles[name][:n] if name in particles else None
 
 
-def _elements(group: h5py.Group, t: int) -> dict[str, np.ndarray]:
-    return {unquote(name): element["value"][t] for name, element in group.items() if "value" in element}
+def _parts(file: h5py.File, contents: Contents, t: int) -> dict[str, dict[str, np.ndarray]]:
+    rows = {quantity: dataset[t] for quantity, dataset in file.get("beltsim/parts", {}).items()}
+    return {
+        part.name: {quantity: values[p] for quantity, values in rows.items()}
+        for p, part in enumerate(contents.parts)
+    }
 
 
 def _contents(file: h5py.File) -> Contents:
@@ -156,12 +160,18 @@ def _contents(file: h5py.File) -> Contents:
         dynamic="id/value" in particles,
         **{property_field(name): particles[name][()] for name in constant},
         bonds=lines if len(lines) else None,
-        parts=tuple(_part(unquote(name), group) for name, group in file["parts"].items()),
+        parts=_descriptions(file["parts"]),
         fields=frozenset(key for key, names in FIELDS.items() if written.issuperset(names)),
         observables=tuple(_observable(unquote(name), group) for name, group in file["observables"].items()),
         double=value.dtype == np.float64,
         compress=value.compression is not None,
     )
+
+
+def _descriptions(parts: h5py.Group) -> tuple[PartDescription, ...]:
+    """The parts in the order of their rows in /beltsim/parts, not of their names."""
+    in_order = sorted(parts.items(), key=lambda item: item[1].attrs["row"])
+    return tuple(_part(unquote(name), group) for name, group in in_order)
 
 
 def _part(name: str, group: h5py.Group) -> PartDescription:

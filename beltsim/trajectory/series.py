@@ -28,9 +28,7 @@ class Series:
         values = self.take(frame)
         shape = self.dataset.shape[1:]
         expected = (frame.active, *shape[1:]) if self.per_particle else shape
-        if values is None or np.shape(values) != expected:
-            found = "nothing" if values is None else f"shape {np.shape(values)}"
-            raise TrajectoryError(f"{self.dataset.name}: found {found}, expected shape {expected}")
+        check_shape(self.dataset.name, values, expected)
         return np.asarray(values, self.dataset.dtype)
 
     def write(self, t: int, row: np.ndarray) -> None:
@@ -40,6 +38,13 @@ class Series:
             self.dataset[t, : len(row)] = row
         else:
             self.dataset[t] = row
+
+
+def check_shape(name: str, values: Any, expected: tuple[int, ...]) -> None:
+    """Raise `TrajectoryError` if there are no values or if their shape is another."""
+    if values is None or np.shape(values) != expected:
+        found = "nothing" if values is None else f"shape {np.shape(values)}"
+        raise TrajectoryError(f"{name}: found {found}, expected shape {expected}")
 
 
 def grow(
