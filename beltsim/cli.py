@@ -61,7 +61,7 @@ def main() -> None:
 def run(
     case: str, output: str | None, until, overwrite: bool, allow_unstable: bool, as_json: bool, quiet: bool
 ) -> None:
-    """Run the INP deck CASE ("-": stdin) and write an HDF5 trajectory.
+    r"""Run the INP deck CASE ("-": stdin) and write an HDF5 trajectory.
 
     \b
     Example:

@@ -11,10 +11,10 @@ from beltsim.lists import Bonded, Families, Lists, bonded_neighbours, carry, mak
 from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE
 from beltsim.scene.touching import of_shape
+from beltsim.solver.bonds import bond_measures
 from beltsim.solver.motion import Slides, Spins
-from beltsim.solver.neighbours import sort_loads
-from beltsim.solver.state import Loads
 from beltsim.solver.steps import (
+    DONE,
     LISTS_STALE,
     MOVED_TOO_FAR,
     Clock,
@@ -52,7 +52,6 @@ class State:
     scene: Scene
     families: Families
     bonded: Bonded
-    belt_index: Loads | None
     skin: float
     lists: Lists | None = None
     listed: np.ndarray | None = None
@@ -74,9 +73,8 @@ def state_of(scene: Scene) -> State:
     families = Families(scene.has_spheres, scene.has_boxes, bool(scene.machinery.info))
     bonds = scene.bonds
     count = scene.population.count
-    index = None if bonds is None else sort_loads(count, bonds.first, bonds.second, True)
     skin = skin_of(bounding if bounding.size else source_sizes(scene))
-    return State(scene, families, bonded_neighbours(count, bonds), index, skin)
+    return State(scene, families, bonded_neighbours(count, bonds), skin)
 
 
 def source_sizes(scene: Scene) -> np.ndarray:
@@ -102,8 +100,6 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     chosen = of_shape(population, SPHERE), of_shape(population, BOX)
     if state.bonded.start.size != count + 1 or origin is not None:
         state.bonded = bonded_neighbours(count, scene.bonds)
-        if scene.bonds is not None:
-            state.belt_index = sort_loads(count, scene.bonds.first, scene.bonds.second, True)
     machinery = scene.machinery
     new = make_lists(
         population.particles,
@@ -128,7 +124,7 @@ def solver_arguments(state: State, time_step: float | None = None) -> tuple:
     """Arguments of `find_forces`, and of `advance` but for the number of steps."""
     scene, stage = state.scene, state.stage
     dt = stage.time_step if time_step is None else time_step
-    belt = None if scene.bonds is None else (scene.bonds, scene.kinds, state.belt_index)
+    belt = None if scene.bonds is None else (scene.bonds, scene.runs, scene.kinds)
     environment = Environment(tuple(scene.gravity), stage.drag, stage.wind, state.listed, state.part_travel)
     # Half the skin in one step would let a pair pass from unlisted to touching unseen.
     clock = Clock(dt, stage.start, state.step, state.skin, 0.5 * state.skin)
@@ -148,14 +144,15 @@ def solver_arguments(state: State, time_step: float | None = None) -> tuple:
 
 
 def advance_by(state: State, steps: int) -> None:
-    """Make `steps` steps.
+    """Make `steps` steps; none compiles the kernels.
 
     Raises
     ------
     BlowUp
         If a particle moves more than half the skin in one step, or is not finite any more.
     """
-    while steps > 0:
+    reason = LISTS_STALE
+    while steps > 0 or reason != DONE:
         done, reason = advance(*solver_arguments(state), steps)
         state.step += done
         state.total_steps += done
@@ -185,22 +182,29 @@ def diagnosis(state: State) -> str:
 
 def largest_load(state: State, slot: int) -> str:
     """What pushed a particle hardest."""
-    best, text = 0.0, "no bond or contact loads it"
-    population, info = state.scene.population, state.scene.machinery.info
-    families = [("bond with particle", state.scene.bonds, True)]
+    scene, population = state.scene, state.scene.population
+    loads = [(0.0, "no bond or contact loads it")]
+    if scene.bonds is not None:
+        measures, _ = bond_measures(population.particles, scene.bonds, scene.kinds)
+        force = np.hypot(measures[0], measures[1])
+        loads += partners(scene.bonds, force, slot, "bond with particle", population.id)
     names = ("contact with particle", "contact with particle", "contact with part", "contact with part")
-    families += [
-        (name, family[0], n < 2) for n, (name, family) in enumerate(zip(names, state.lists)) if family
+    parts = np.array([part.name for part in scene.machinery.info])
+    for n, (name, family) in enumerate(zip(names, state.lists)):
+        if family is not None:
+            force = np.linalg.norm(family[0].loads[:3], axis=0)
+            loads += partners(family[0], force, slot, name, population.id if n < 2 else parts, n < 2)
+    force, text = max(loads, key=lambda load: load[0] if np.isfinite(load[0]) else np.inf)
+    return text if force == 0.0 else f"its largest load, {force:.4g} N, is the {text}"
+
+
+def partners(pairs, force, slot: int, text: str, names, both: bool = True) -> list[tuple[float, str]]:
+    """Forces on a particle from a list of pairs, each with the name of the partner."""
+    first = [
+        (float(force[k]), f"{text} {names[pairs.second[k]]}") for k in np.flatnonzero(pairs.first == slot)
     ]
-    for name, pairs, both in families:
-        if pairs is None:
-            continue
-        touching = (pairs.first == slot) | ((pairs.second == slot) if both else False)
-        for k in np.flatnonzero(touching):
-            force = float(np.linalg.norm(pairs.loads[:3, k]))
-            other = int(pairs.second[k] if pairs.first[k] == slot else pairs.first[k])
-            if not force <= best:
-                best = force
-                text = f"its largest load, {force:.4g} N, is the {name} "
-                text += str(population.id[other]) if both else info[other].name
-    return text
+    if not both:
+        return first
+    return first + [
+        (float(force[k]), f"{text} {names[pairs.first[k]]}") for k in np.flatnonzero(pairs.second == slot)
+    ]

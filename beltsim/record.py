@@ -51,6 +51,7 @@ def contents_of(scene: Scene, arriving: int, output: Block | None) -> Contents:
 
     fields = output["FIELDS"] if output is not None else ("VELOCITY", "ORIENTATION")
     bonds = scene.bonds
+    place = scene.bonding.place if scene.bonding else None
     return Contents(
         slots=slots,
         species=tuple(body.name for body in bodies),
@@ -61,7 +62,9 @@ def contents_of(scene: Scene, arriving: int, output: Block | None) -> Contents:
         radius=filled(radius_of(scene), "edge_radius") if fixed else None,
         half_extent=filled(population.half_extent, "half_extent") if fixed else None,
         edge_radius=filled(population.edge_radius, "edge_radius") if fixed else None,
-        bonds=None if bonds is None else np.stack([bonds.first, bonds.second], axis=1).astype(np.int64),
+        bonds=None
+        if bonds is None
+        else np.stack([bonds.first, bonds.second], axis=1)[place].astype(np.int64),
         parts=tuple(descriptions(scene)),
         fields=frozenset(name for name in fields if name in FIELDS),
         observables=OBSERVABLES,
@@ -117,9 +120,11 @@ def frame_of(state: State, contents: Contents, tally: dict[str, float]) -> Frame
     measures, bond_energy = np.zeros((6, 0)), 0.0
     if scene.bonds is not None:
         measures, bond_energy = bond_measures(particles, scene.bonds, scene.kinds)
-    bonds = dict(zip(MEASURE_ROWS, measures))
+    bonds = {}
     if scene.bonds is not None:
-        bonds["broken"] = (scene.bonds.intact == 0).astype(np.uint8)
+        place = scene.bonding.place
+        bonds = dict(zip(MEASURE_ROWS, measures[:, place]))
+        bonds["broken"] = (scene.bonds.intact[place] == 0).astype(np.uint8)
     varying = contents.species_of is None
     return Frame(
         step=state.total_steps,

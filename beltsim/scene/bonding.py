@@ -17,7 +17,10 @@ import numpy as np
 from beltsim import inp
 from beltsim.inp import Block, Deck
 from beltsim.scene.bodies import Population, stack
-from beltsim.solver.state import BondKinds, Bonds, BondStrength
+from beltsim.solver.bonds import TILE
+from beltsim.solver.state import BondKinds, Bonds, BondStrength, Runs
+
+SHORTEST_RUN = 8  # bonds: one vector of doubles; shorter runs cost more in calls than gathering does
 
 
 @dataclass
@@ -163,7 +166,18 @@ def written_types(deck: Deck, population: Population) -> tuple[list[Block], np.n
     return blocks, stack(rows, (0,), np.int64), stack(slots, (0, 2), np.int64)
 
 
-def bonds_of(deck: Deck, population: Population) -> tuple[Bonds, BondKinds, BondStrength | None] | None:
+@dataclass
+class Bonding:
+    """All bonds of a deck, in the solver's order."""
+
+    bonds: Bonds
+    runs: Runs
+    kinds: BondKinds
+    strength: BondStrength | None
+    place: np.ndarray  # (m,) int64, where each bond of the deck stands
+
+
+def bonds_of(deck: Deck, population: Population) -> Bonding | None:
     """All bonds of a deck, or None."""
     types, type_of, slots = written_types(deck, population)
     if not types:
@@ -193,14 +207,52 @@ def bonds_of(deck: Deck, population: Population) -> tuple[Bonds, BondKinds, Bond
         values[of_type, 21:27] = strength_row(block, section)
     values[:, 0], values[:, 1:5], values[:, 5:9] = length, triad_1, triad_2
     kinds, kind = shared_rows(values)
+    order, runs = in_runs(slots[:, 0], slots[:, 1], kind)
+    place = np.empty(order.size, np.int64)
+    place[order] = np.arange(order.size)
     bonds = Bonds(
-        first=slots[:, 0].astype(np.int32),
-        second=slots[:, 1].astype(np.int32),
-        kind=kind.astype(np.int32),
+        first=slots[order, 0].astype(np.int32),
+        second=slots[order, 1].astype(np.int32),
+        kind=kind[order].astype(np.int32),
         intact=np.ones(length.size, np.int8),
-        loads=np.zeros((9, length.size)),
+        loads=np.zeros((9, TILE)),
+        scratch=np.zeros((13, 2 * TILE)),
+        over=np.zeros(TILE, np.int8),
     )
-    return bonds, kinds_of(kinds), strength_of(kinds, length.size)
+    return Bonding(bonds, runs, kinds_of(kinds), strength_of(kinds, length.size), place)
+
+
+def in_runs(first: np.ndarray, second: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, Runs]:
+    """Order of the bonds (m,), and the runs they form in it.
+
+    Bonds are sorted by kind and by the distance of their particles' slots: rows and columns of a grid become runs. What
+    is left in stretches shorter than `SHORTEST_RUN` is put together as scattered bonds, a run of its own for each kind.
+    """
+    order = np.lexsort((first, second - first, kind))
+    starts = run_starts(first[order], second[order], kind[order], np.zeros(order.size, bool))
+    count = np.diff(np.append(starts, order.size))
+    scattered = np.repeat(count < SHORTEST_RUN, count)
+    rank = np.empty(order.size, np.int64)
+    rank[order] = np.arange(order.size)
+    lone = np.empty(order.size, bool)
+    lone[order] = scattered
+    order = np.lexsort((rank, lone, kind))
+    starts = run_starts(first[order], second[order], kind[order], lone[order])
+    alone = lone[order][starts]
+    return order, Runs(
+        first=np.where(alone, -1, first[order][starts]).astype(np.int64),
+        second=np.where(alone, -1, second[order][starts]).astype(np.int64),
+        base=starts.astype(np.int64),
+        count=np.diff(np.append(starts, order.size)).astype(np.int64),
+        kind=kind[order][starts].astype(np.int32),
+    )
+
+
+def run_starts(first: np.ndarray, second: np.ndarray, kind: np.ndarray, lone: np.ndarray) -> np.ndarray:
+    """Numbers of the bonds at which a run begins, for bonds in order."""
+    consecutive = (np.diff(first) == 1) & (np.diff(second) == 1)
+    same = (np.diff(kind) == 0) & (lone[1:] == lone[:-1]) & (consecutive | lone[1:])
+    return np.flatnonzero(np.concatenate([[True], ~same]))
 
 
 def strength_row(block: Block, section: Section) -> tuple:

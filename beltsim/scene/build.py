@@ -9,12 +9,12 @@ import numpy as np
 from beltsim import inp
 from beltsim.inp import Block, Deck
 from beltsim.scene.bodies import BOX, SPHERE, Population, populate
-from beltsim.scene.bonding import bonds_of
+from beltsim.scene.bonding import Bonding, bonds_of
 from beltsim.scene.machinery import Machinery, amplitudes_of, machinery_of
 from beltsim.scene.touching import Groups, Materials, shapes_of
 from beltsim.scene.unbuilt import refuse_box_contacts, refuse_unbuilt
 from beltsim.solver.motion import Amplitudes
-from beltsim.solver.state import BondKinds, Bonds, BondStrength, Laws, Shapes
+from beltsim.solver.state import BondKinds, Bonds, BondStrength, Laws, Runs, Shapes
 
 
 @dataclass
@@ -27,9 +27,7 @@ class Scene:
     laws: Laws
     groups: Groups
     materials: Materials
-    bonds: Bonds | None
-    kinds: BondKinds | None
-    strength: BondStrength | None
+    bonding: Bonding | None
     machinery: Machinery
     amplitudes: Amplitudes
     tables: dict[str, int]
@@ -37,6 +35,26 @@ class Scene:
     domain: np.ndarray | None  # (6,) m
     sources: list[Block]
     steps: list[Block]
+
+    @property
+    def bonds(self) -> Bonds | None:
+        """Bonds in the solver's order."""
+        return self.bonding.bonds if self.bonding else None
+
+    @property
+    def runs(self) -> Runs | None:
+        """Runs of the bonds."""
+        return self.bonding.runs if self.bonding else None
+
+    @property
+    def kinds(self) -> BondKinds | None:
+        """What bonds share."""
+        return self.bonding.kinds if self.bonding else None
+
+    @property
+    def strength(self) -> BondStrength | None:
+        """Strengths, None if no bond can break."""
+        return self.bonding.strength if self.bonding else None
 
     @property
     def has_spheres(self) -> bool:
@@ -69,7 +87,7 @@ def build(deck: Deck) -> Scene:
     planes = [block for block in deck.blocks("PART") if block["SHAPE"] == "PLANE"]
     refuse_box_contacts(population, groups, planes)
     hold_moved_particles(deck, population)
-    bonds, kinds, strength = bonds_of(deck, population) or (None, None, None)
+    bonding = bonds_of(deck, population)
     amplitudes, tables = amplitudes_of(deck)
     gravity = [block.rows["acceleration"][0] for block in deck.blocks("GRAVITY")]
     domain = [block.rows["box"][0] for block in deck.blocks("DOMAIN")]
@@ -80,9 +98,7 @@ def build(deck: Deck) -> Scene:
         laws=materials.laws,
         groups=groups,
         materials=materials,
-        bonds=bonds,
-        kinds=kinds,
-        strength=strength,
+        bonding=bonding,
         machinery=machinery_of(deck, population, materials, groups),
         amplitudes=amplitudes,
         tables=tables,

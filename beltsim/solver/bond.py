@@ -26,7 +26,6 @@ from beltsim.solver.vectors import (
     norm,
     plus,
     product,
-    rotate,
     scaled,
     sub,
     times,
@@ -34,17 +33,36 @@ from beltsim.solver.vectors import (
 
 
 @inner
+def arcsine_slope(z):
+    """(asin(s) / s - 1) / z of z = s^2 for s up to 1/2, to the last digit (the rational form of fdlibm's e_asin.c)."""
+    p = 2.01212532134862925881e-01 + z * (
+        -4.00555345006794114027e-02 + z * (7.91534994289814532176e-04 + z * 3.47933107596021167570e-05)
+    )
+    p = 1.66666666666666657415e-01 + z * (-3.25565818622400915405e-01 + z * p)
+    q = 2.02094576023350569471e00 + z * (-6.88283971605453293030e-01 + z * 7.70381505559019352791e-02)
+    return p / (1.0 + z * (-2.40339491173441421878e00 + z * q))
+
+
+@inner
 def half_angle_ratio(x):
     """(t/2) / sin(t/2) of a rotation by t, and (1 - that) / x, from x = sin^2(t/2) for t below 180 degrees.
 
-    The series below x = 1e-3 is exact to 1e-13; the closed form would cancel there.
+    Exact at any angle without a call of the maths library, so that the loop over bonds is vectorised: beyond 60 degrees
+    asin(s) = pi/2 - 2 asin(sqrt((1 - s) / 2)).
     """
-    if x < 1e-3:
-        slope = -(1.0 / 6.0 + x * (3.0 / 40.0 + x * (15.0 / 336.0 + x * 105.0 / 3456.0)))
-        return 1.0 - x * slope, slope
     s = math.sqrt(x)
-    ratio = math.atan2(s, math.sqrt(max(0.0, 1.0 - x))) / s
-    return ratio, (1.0 - ratio) / x
+    small = x < 0.25
+    z = x if small else 0.5 * (1.0 - s)
+    slope = arcsine_slope(z)
+    large = (0.5 * math.pi - 2.0 * math.sqrt(z) * (1.0 + z * slope)) / s
+    ratio = 1.0 + x * slope if small else large
+    return ratio, -slope if small else (1.0 - large) / x
+
+
+@inner
+def to_world(q, v):
+    """Vector v of the frame q in world axes, from the frame's axes, which the law needs anyway."""
+    return add(add(scaled(axis_x(q), v[0]), scaled(axis_y(q), v[1])), scaled(axis_z(q), v[2]))
 
 
 @inner
@@ -129,8 +147,8 @@ def bond_reaction(mid, d, force, torque):
 
     T_i = c/2 + M + q and T_j = c/2 - M - q with the couple c = d x f, so that total angular momentum is conserved.
     """
-    f = rotate(mid, force)
-    t = rotate(mid, torque)
+    f = to_world(mid, force)
+    t = to_world(mid, torque)
     half_couple = scaled(cross(d, f), 0.5)
     return f, add(half_couple, t), sub(half_couple, t)
 

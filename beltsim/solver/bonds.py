@@ -1,74 +1,200 @@
-"""The bond passes: loads of every bond, breakage, and the loads' measures for output."""
+"""The bond passes: loads of all bonds, breakage, and the measures of bonds for output.
+
+Bonds are sorted so that most of them form runs: consecutive bonds of one kind whose first and second particles are
+consecutive too, as in every row and every column of a belt. A run needs no index list, and its loop is vectorised (7 ns
+a bond on one core against 50 ns for the scalar list). Bonds outside runs are gathered into a scratch state first and
+then go through the same loop: one law, one compiled loop, any network.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
 from beltsim.solver.bond import bond_damping, bond_loads, bond_reaction, bond_stress
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import inner, kernel, vector_kernel
 from beltsim.solver.vectors import add, at, at4, dot, norm, product, sub
+
+TILE = 256
+"""Bonds whose loads are held at a time: 18 kB, so that they stay in the first-level cache."""
 
 BROKEN_IN_TENSION = 1
 BROKEN_IN_SHEAR = 2
 
 
 @inner
-def bond_elastic(position, orientation, i, j, kinds, t):
-    """Distance vector and elastic loads of the bond of kind t between particles i and j."""
-    d = sub(at(position, j), at(position, i))
-    triad_i = product(at4(orientation, i), at4(kinds.triad_first, t))
-    triad_j = product(at4(orientation, j), at4(kinds.triad_second, t))
-    stiffness, angular_stiffness = at(kinds.stiffness, t), at(kinds.angular_stiffness, t)
-    return d, bond_loads(d, triad_i, triad_j, kinds.rest_length[t], stiffness, angular_stiffness)
+def rows3(a):
+    """The three rows of an array (3, n)."""
+    return a[0], a[1], a[2]
 
 
 @inner
-def put_loads(loads, k, force, torque_first, torque_second):
-    """Store the loads of pair k; the force on the second is the opposite of that on the first."""
-    for row in range(3):
-        loads[row, k] = force[row]
-        loads[3 + row, k] = torque_first[row]
-        loads[6 + row, k] = torque_second[row]
+def rows4(a):
+    """The four rows of an array (4, n)."""
+    return a[0], a[1], a[2], a[3]
+
+
+@inner
+def of(rows, k):
+    """Vector k of three rows."""
+    return rows[0][k], rows[1][k], rows[2][k]
+
+
+@inner
+def of4(rows, k):
+    """Quaternion k of four rows."""
+    return rows[0][k], rows[1][k], rows[2][k], rows[3][k]
+
+
+@inner
+def kind_of(kinds, t):
+    """Everything that bonds of kind t share."""
+    return (
+        kinds.rest_length[t],
+        at4(kinds.triad_first, t),
+        at4(kinds.triad_second, t),
+        at(kinds.stiffness, t),
+        at(kinds.angular_stiffness, t),
+        at(kinds.damping, t),
+        at(kinds.angular_damping, t),
+    )
+
+
+@inner
+def elastic_loads(d, orientation_i, orientation_j, kind):
+    """Elastic loads of a bond of a kind between two particles a vector d apart (see `bond.bond_loads`)."""
+    length, triad_first, triad_second, stiffness, angular_stiffness, _, _ = kind
+    triad_i, triad_j = product(orientation_i, triad_first), product(orientation_j, triad_second)
+    return bond_loads(d, triad_i, triad_j, length, stiffness, angular_stiffness)
+
+
+@vector_kernel
+def bond_tile(
+    first, second, base, count, position, velocity, orientation, spin, kind, limits, intact, over, loads
+):
+    """Loads of `count` bonds between consecutive particles, into the first columns of `loads`.
+
+    Parameters
+    ----------
+    first, second, base : uint64, the first bond's particles and its own number
+    position, velocity, orientation, spin : rows of the state
+    kind : see `kind_of`
+    limits : (section, tensile strength, shear strength), or None for bonds that cannot break
+    intact, over : (bonds,) int8 and (TILE,) int8 for breakable bonds, else None; `over` gets the mode of a new break
+    loads : nine rows (TILE,): force on the first particle, torques on the first and on the second
+    """
+    for n in range(count):
+        i, j = first + np.uint64(n), second + np.uint64(n)
+        d = sub(of(position, j), of(position, i))
+        mid, _, _, force, moment, torque = elastic_loads(d, of4(orientation, i), of4(orientation, j), kind)
+        relative = sub(of(velocity, j), of(velocity, i))
+        viscous, viscous_torque = bond_damping(mid, d, relative, of(spin, i), of(spin, j), kind[5], kind[6])
+        f, torque_i, torque_j = bond_reaction(mid, d, add(force, viscous), add(torque, viscous_torque))
+        keep = 1.0
+        if limits is not None:
+            section, tensile, shear = limits
+            tension, slide = bond_stress(force, moment, section)
+            mode = BROKEN_IN_TENSION if tension >= tensile else (BROKEN_IN_SHEAR if slide >= shear else 0)
+            over[n] = mode
+            keep = 1.0 if mode == 0 and intact[base + np.uint64(n)] != 0 else 0.0
+        for row in range(3):
+            loads[row][n] = keep * f[row]
+            loads[3 + row][n] = keep * torque_i[row]
+            loads[6 + row][n] = keep * torque_j[row]
+
+
+@vector_kernel
+def add_tile(first, second, count, loads, force, torque):
+    """Add the loads of `bond_tile` to consecutive particles; the second gets the opposite force."""
+    for n in range(count):
+        i = first + np.uint64(n)
+        for row in range(3):
+            force[row][i] += loads[row][n]
+            torque[row][i] += loads[3 + row][n]
+    for n in range(count):
+        j = second + np.uint64(n)
+        for row in range(3):
+            force[row][j] -= loads[row][n]
+            torque[row][j] += loads[6 + row][n]
+
+
+@inner
+def gather(particles, bonds, base, count, scratch):
+    """Copy the state of scattered bonds' particles: first ones to columns 0.., second ones to TILE.. of the scratch."""
+    for n in range(count):
+        for side in range(2):
+            k = bonds.first[base + n] if side == 0 else bonds.second[base + n]
+            column = n + side * TILE
+            for row in range(3):
+                scratch[row, column] = particles.position[row, k]
+                scratch[3 + row, column] = particles.velocity[row, k]
+                scratch[10 + row, column] = particles.angular_velocity[row, k]
+            for row in range(4):
+                scratch[6 + row, column] = particles.orientation[row, k]
+
+
+@inner
+def scatter(particles, bonds, base, count, loads):
+    """Add the loads of scattered bonds to their particles, in the order of the bonds."""
+    for n in range(count):
+        i, j = bonds.first[base + n], bonds.second[base + n]
+        for row in range(3):
+            particles.force[row, i] += loads[row, n]
+            particles.torque[row, i] += loads[3 + row, n]
+            particles.force[row, j] -= loads[row, n]
+            particles.torque[row, j] += loads[6 + row, n]
+
+
+@inner
+def record_breaks(bonds, strength, base, count, over, step):
+    """Mark and record the bonds that broke in this tile; each breaks once."""
+    for n in range(count):
+        b = base + n
+        if over[n] != 0 and bonds.intact[b] != 0:
+            bonds.intact[b] = 0
+            strength.broken_step[b] = step
+            strength.mode[b] = over[n]
 
 
 @kernel
-def bond_pass(particles, bonds, kinds):
-    """Elastic and viscous loads of all intact bonds into `bonds.loads`."""
-    position, velocity = particles.position, particles.velocity
-    orientation, spin = particles.orientation, particles.angular_velocity
-    first, second, kind, intact, loads = bonds.first, bonds.second, bonds.kind, bonds.intact, bonds.loads
-    damping, angular_damping = kinds.damping, kinds.angular_damping
-    for b in range(first.size):
-        if intact[b]:
-            i, j, t = first[b], second[b], kind[b]
-            d, elastic = bond_elastic(position, orientation, i, j, kinds, t)
-            mid, _, _, force, _, torque = elastic
-            relative = sub(at(velocity, j), at(velocity, i))
-            viscous, viscous_torque = bond_damping(
-                mid, d, relative, at(spin, i), at(spin, j), at(damping, t), at(angular_damping, t)
-            )
-            f, torque_i, torque_j = bond_reaction(mid, d, add(force, viscous), add(torque, viscous_torque))
-            put_loads(loads, b, f, torque_i, torque_j)
+def bond_pass(particles, bonds, runs, kinds, strength, step):
+    """Add the elastic and viscous loads of all intact bonds to their particles.
 
-
-@kernel
-def breakage_pass(particles, bonds, kinds, strength, step):
-    """Break every bond whose elastic stress reaches its strength; its loads are gone in the same step."""
-    position, orientation = particles.position, particles.orientation
-    first, second, kind, intact, loads = bonds.first, bonds.second, bonds.kind, bonds.intact, bonds.loads
-    section, limit = strength.section, strength.strength
-    broken_step, mode = strength.broken_step, strength.mode
-    for b in range(first.size):
-        if intact[b]:
-            t = kind[b]
-            _, elastic = bond_elastic(position, orientation, first[b], second[b], kinds, t)
-            _, _, _, force, moment, _ = elastic
-            tension, shear = bond_stress(force, moment, at4(section, t))
-            if tension >= limit[0, t] or shear >= limit[1, t]:
-                intact[b] = 0
-                broken_step[b] = step
-                mode[b] = BROKEN_IN_TENSION if tension >= limit[0, t] else BROKEN_IN_SHEAR
-                put_loads(loads, b, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    A bond whose elastic stress reaches its strength breaks: it is recorded with the step, and its loads are gone in the
+    same step. `strength` is None where no bond can break.
+    """
+    position, velocity = rows3(particles.position), rows3(particles.velocity)
+    orientation, spin = rows4(particles.orientation), rows3(particles.angular_velocity)
+    force, torque = rows3(particles.force), rows3(particles.torque)
+    loads, scratch, over = bonds.loads, bonds.scratch, bonds.over
+    out = (loads[0], loads[1], loads[2], loads[3], loads[4], loads[5], loads[6], loads[7], loads[8])
+    near, moving = (scratch[0], scratch[1], scratch[2]), (scratch[3], scratch[4], scratch[5])
+    turned = (scratch[6], scratch[7], scratch[8], scratch[9])
+    turning = (scratch[10], scratch[11], scratch[12])
+    for r in range(runs.base.size):
+        t = runs.kind[r]
+        kind = kind_of(kinds, t)
+        limits = None
+        if strength is not None:
+            limits = (at4(strength.section, t), strength.strength[0, t], strength.strength[1, t])
+        for start in range(0, runs.count[r], TILE):
+            count = min(TILE, runs.count[r] - start)
+            base = runs.base[r] + start
+            if runs.first[r] >= 0:
+                i, j = np.uint64(runs.first[r] + start), np.uint64(runs.second[r] + start)
+                bond_tile(
+                    i, j, np.uint64(base), count, position, velocity, orientation, spin, kind, limits,
+                    None if strength is None else bonds.intact, None if strength is None else over, out,
+                )  # fmt: skip
+                add_tile(i, j, count, out, force, torque)
+            else:
+                gather(particles, bonds, base, count, scratch)
+                bond_tile(
+                    np.uint64(0), np.uint64(TILE), np.uint64(base), count, near, moving, turned, turning, kind, limits,
+                    None if strength is None else bonds.intact, None if strength is None else over, out,
+                )  # fmt: skip
+                scatter(particles, bonds, base, count, loads)
+            if strength is not None:
+                record_breaks(bonds, strength, base, count, over, step)
 
 
 @kernel
@@ -81,21 +207,21 @@ def bond_measures(particles, bonds, kinds):
         elongation [-], bending angle [rad]
     energy : elastic energy of all bonds [J]
     """
-    first, second, kind, intact = bonds.first, bonds.second, bonds.kind, bonds.intact
+    first, second, intact = bonds.first, bonds.second, bonds.intact
     measures = np.zeros((6, first.size))
     energy = 0.0
     for b in range(first.size):
         if intact[b]:
-            t = kind[b]
-            _, elastic = bond_elastic(
-                particles.position, particles.orientation, first[b], second[b], kinds, t
+            i, j, kind = first[b], second[b], kind_of(kinds, bonds.kind[b])
+            d = sub(at(particles.position, j), at(particles.position, i))
+            _, e, rotation, force, moment, _ = elastic_loads(
+                d, at4(particles.orientation, i), at4(particles.orientation, j), kind
             )
-            _, e, rotation, force, moment, _ = elastic
             measures[0, b] = force[0]
             measures[1, b] = norm((0.0, force[1], force[2]))
             measures[2, b] = norm((0.0, moment[1], moment[2]))
             measures[3, b] = moment[0]
-            measures[4, b] = e[0] / kinds.rest_length[t]
+            measures[4, b] = e[0] / kind[0]
             measures[5, b] = norm((0.0, rotation[1], rotation[2]))
             energy += 0.5 * (dot(e, force) + dot(rotation, moment))
     return measures, energy

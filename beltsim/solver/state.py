@@ -43,13 +43,25 @@ class Shapes(NamedTuple):
 
 
 class Bonds(NamedTuple):
-    """Bonds between particles; row b is bond b."""
+    """Bonds between particles, sorted into runs; row b is bond b."""
 
     first: Array  # (m,) int32
     second: Array  # (m,) int32
     kind: Array  # (m,) int32, row of BondKinds
     intact: Array  # (m,) int8, 1 until it breaks
-    loads: Array  # (9, m) force on the first, torque on the first, torque on the second
+    loads: Array  # (9, tile) of the bonds at work: force on the first, torques on the first and the second
+    scratch: Array  # (13, 2 tile) state of scattered bonds' particles
+    over: Array  # (tile,) int8, mode of a new break
+
+
+class Runs(NamedTuple):
+    """Stretches of bonds of one kind between consecutive particles; row r is run r."""
+
+    first: Array  # (r,) int64 particle of the first bond, -1: the bonds are scattered, take `Bonds.first`
+    second: Array  # (r,) int64
+    base: Array  # (r,) int64 number of the first bond
+    count: Array  # (r,) int64
+    kind: Array  # (r,) int32
 
 
 class BondKinds(NamedTuple):

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from beltsim.solver.bonds import bond_pass, breakage_pass
+from beltsim.solver.bonds import bond_pass
 from beltsim.solver.contacts import (
     box_cylinder_pass,
     sphere_box_pass,
@@ -227,11 +227,8 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
     parts.force[:] = 0.0
     parts.torque[:] = 0.0
     if belt is not None:
-        bonds, kinds, index = belt
-        bond_pass(particles, bonds, kinds)
-        if strength is not None:
-            breakage_pass(particles, bonds, kinds, strength, clock.step)
-        sum_loads(particles, bonds.loads, index)
+        bonds, runs, kinds = belt
+        bond_pass(particles, bonds, runs, kinds, strength, clock.step)
     find_contact_forces(particles, shapes, laws, *lists, parts, clock.time_step)
     if given is not None:
         add_given_loads(particles, given, drives[2], clock.start + clock.step * clock.time_step)
@@ -266,7 +263,7 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
 
     Parameters
     ----------
-    belt : (Bonds, BondKinds, Loads) or None
+    belt : (Bonds, Runs, BondKinds) or None
     strength : BondStrength or None
     lists : (spheres, boxes, sphere_parts, box_parts), each (Contacts, Loads) or None
     drives : (Spins, Slides, Amplitudes)
