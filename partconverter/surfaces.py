@@ -6,13 +6,15 @@ All numbers are in drawing units and body coordinates, as the record has them.
 from __future__ import annotations
 
 import re
-from math import hypot, isfinite, sqrt
+from math import hypot, sqrt
 from typing import NamedTuple
 
 Vector = tuple[float, float, float]
 
 # Records spell unit vectors to about 16 digits, the worst real ones to 7.
 UNIT_TOLERANCE = 1e-4
+# No length of a drawing reaches this, in any unit.
+LARGEST = 1e12
 # A cone whose half angle is below this is a cylinder; systems write 0, 6e-17 or 1e-12.
 CYLINDER_SINE = 1e-6
 
@@ -82,9 +84,9 @@ class Ellipse(NamedTuple):
 
 
 class OtherCurve(NamedTuple):
-    """A straight line, or control points of a free curve."""
+    """A straight line or a free curve."""
 
-    points: list[Vector]
+    kind: str
 
 
 def dot(a, b) -> float:
@@ -135,8 +137,8 @@ def numbers_of(words: list[str]) -> list[float]:
             if not _NUMBER.fullmatch(word):
                 break
             found.append(float(word))
-    if not all(map(isfinite, found)):
-        raise BadGeometry("found a number beyond the range of floating point")
+    if not all(abs(value) < LARGEST for value in found):
+        raise BadGeometry(f"found a number beyond {LARGEST:g}, expected lengths of a machine")
     return found
 
 
@@ -199,10 +201,8 @@ _SURFACES = {
 
 def curve_of(kind: str, words: list[str]):
     """The curve of a `*-curve` record; raises `BadGeometry`."""
-    if kind == "straight-curve":
-        return OtherCurve([])
     if kind != "ellipse-curve":
-        return OtherCurve(_control_points(words))
+        return OtherCurve(kind.rsplit("-", 1)[0])
     values = numbers_of(words)
     if len(values) < 10:
         raise BadGeometry(f"found {len(values)} numbers in an ellipse-curve, expected 10")
@@ -212,21 +212,6 @@ def curve_of(kind: str, words: list[str]):
     if abs(values[9] - 1) < 1e-6:
         return Circle(centre, axis, norm(major))
     return Ellipse(centre, axis, major, values[9])
-
-
-def _control_points(words) -> list[Vector]:
-    """Control points of a non-rational B-spline (`nubs degree open|closed|periodic n knots points`), else none."""
-    try:
-        at = words.index("nubs")
-        degree, count = int(words[at + 1]), int(words[at + 3])
-        knots = words[at + 4 : at + 4 + 2 * count]
-        # The first and last knot of the text stand for one more than their multiplicity says.
-        n_points = sum(int(word) for word in knots[1::2]) - degree + 1
-        values = [float(word) for word in words[at + 4 + 2 * count : at + 4 + 2 * count + 3 * n_points]]
-        points = [tuple(values[i : i + 3]) for i in range(0, len(values), 3)]
-        return points if all(len(point) == 3 and isfinite(norm(point)) for point in points) else []
-    except (ValueError, IndexError):
-        return []
 
 
 def off_surface(surface, point) -> float:

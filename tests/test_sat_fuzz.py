@@ -34,12 +34,14 @@ def first_record(text: str) -> int:
 
 
 def is_true(one) -> bool:
+    """Whether a roller is in the truth; one that carries a warning may have lost its bore."""
     middle = [o + sum(one.drum) / 2 * a for o, a in zip(one.origin, one.axis)]
-    sizes = (one.diameter, one.drum.length, one.overall.length, one.bore, *middle)
-    return any(
-        all(abs(1000 * size - true) <= SLACK for size, true in zip(sizes, (*truth[:4], *truth[4])))
-        for truth in TRUTH
-    )
+    for diameter, length, overall, bore, centre in TRUTH:
+        pairs = [(one.diameter, diameter), (one.drum.length, length), (one.overall.length, overall)]
+        pairs += [*zip(middle, centre)] + ([] if one.notes else [(one.bore, bore)])
+        if all(abs(1000 * size - true) <= SLACK for size, true in pairs):
+            return True
+    return False
 
 
 def check(text: str | bytes) -> None:
