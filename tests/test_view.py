@@ -18,6 +18,7 @@ from beltsim.view.colours import colour_map, from_hex  # noqa: E402
 from beltsim.view.errors import NothingToDraw, ViewProblem  # noqa: E402
 from beltsim.view.png import SAMPLES, render, render_png  # noqa: E402
 from beltsim.view.scenery import bounds, extremes  # noqa: E402
+from beltsim.view.seams import DEPTH, seams  # noqa: E402
 from beltsim.view.shapes import ball_hull, box_corners, prism_corners, triangles  # noqa: E402
 from beltsim.view.trace import FAR, Caster  # noqa: E402
 
@@ -382,6 +383,18 @@ def test_caption_and_colour_bar_leave_the_scenery_free():
     assert written.any()
     assert not (written & covered(traced)).any()
     assert covered(render(bare, width=160, height=90, ground=False)).sum() > covered(traced).sum()
+
+
+def test_lines_show_where_flat_faces_meet_unless_boxes_are_tiny():
+    caster = Caster(Scenery([box([0, 0, 0], [1.2, 1.2, 0.2], edge_radius=0.1)]))
+    x = np.array([0.0, 0.49, 0.499, 0.53])  # the flat face ends at 0.5
+    origin, down = np.column_stack([x, 0 * x, 0 * x + 5]), np.tile([0.0, 0, -1], (4, 1))
+    hits = caster.nearest(origin, down)
+    kept = seams(caster, hits, np.full(4, 0.01))
+    assert kept == pytest.approx([1, 1, 1 - DEPTH, 1])
+    assert seams(caster, hits, np.full(4, 0.5)) == pytest.approx([1, 1, 1, 1])
+    side = caster.nearest(np.array([[5.0, 0, 0]]), np.array([[-1.0, 0, 0]]))
+    assert seams(caster, side, np.array([0.01])) == 1
 
 
 # ---- wrong input

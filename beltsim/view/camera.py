@@ -112,6 +112,10 @@ class View:
     half: np.ndarray  # half width and height: m if orthographic, else tangents of the half angles
     orthographic: bool
 
+    def scale(self, distance: np.ndarray) -> np.ndarray:
+        """Half the width in m that the picture shows at distances (n,) in m along the rays."""
+        return self.half[0] * (np.ones_like(distance) if self.orthographic else distance)
+
     def rays(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Origins and unit directions (n, 3) of the rays through picture points, -1..1 to the right and up."""
         right, up, back = self.axes

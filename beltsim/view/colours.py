@@ -13,7 +13,7 @@ COLOUR_MAPS = {
     "turbo": "30123b 434eba 4685fa 28bceb 1ae4b6 55fa76 a4fc3c d9e436 faba39 fb7e21 e4450a b91e02 7a0403",
 }
 
-RUBBER = (0.27, 0.28, 0.30)
+RUBBER = (0.37, 0.38, 0.40)
 BULK = (0.52, 0.42, 0.32)
 STEEL = (0.62, 0.64, 0.67)
 PULLEY = (0.27, 0.44, 0.63)

@@ -8,21 +8,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from .colours import to_linear
 from .scenery import Cylinders
 from .trace import Caster, Hits
 
-KEY = 0.72  # share of the key light at normal incidence
-SKY, BOUNCE = 0.55, 0.24  # light from straight above and from below
+KEY = 0.88  # share of the key light at normal incidence
+SKY, BOUNCE = 0.48, 0.18  # light from straight above and from below
 OPEN = BOUNCE + (SKY - BOUNCE) * 5 / 6  # what reaches a horizontal face under a free sky
 SUN_RADIUS = 0.035  # rad: softness of the shadow's edge
 SKY_RAYS = 12  # a sample; four samples a pixel
 
 
 def key_direction(back: np.ndarray) -> np.ndarray:
-    """Unit vector to the key light: 50 deg left of the camera, 52 deg above the horizon."""
-    turn = np.radians(-50.0) + np.arctan2(back[1], back[0])
-    rise = np.radians(52.0)
+    """Unit vector to the key light: 62 deg left of the camera, 40 deg above the horizon."""
+    turn = np.radians(-62.0) + np.arctan2(back[1], back[0])
+    rise = np.radians(40.0)
     return np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
 
 
@@ -67,14 +66,16 @@ def skylight(caster: Caster, point, normal, turn, sample: int, samples: int, rea
     return light / SKY_RAYS
 
 
-def shade(caster: Caster, hits: Hits, normal, point, direction, key, turn, sample, samples) -> np.ndarray:
-    """Light (n, 3) that comes back to the viewer from each hit."""
+def shade(
+    caster: Caster, hits: Hits, colour, normal, point, direction, key, turn, sample, samples
+) -> np.ndarray:
+    """Light (n, 3) that comes back to the viewer from each hit; `colour`: share (n, 3) of light that is not taken."""
     facing = np.clip(normal @ key, 0, None)
     sun = np.zeros(len(point))
     lit = np.flatnonzero(facing > 0)
     sun[lit] = facing[lit] * sunlit(caster, point[lit], key, turn[lit], sample, samples)
     sky = skylight(caster, point, normal, turn, sample, samples, 0.35 * caster.size)
-    light = to_linear(caster.colours(hits)) * (KEY * sun + sky)[:, None]
+    light = colour * (KEY * sun + sky)[:, None]
     return light + glint(caster, hits, normal, direction, key, sun)[:, None]
 
 

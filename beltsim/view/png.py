@@ -16,6 +16,7 @@ from .camera import Camera, Section, View, place, view_axes
 from .colours import to_linear, to_srgb
 from .errors import NothingToDraw, ViewProblem, needs_extra
 from .scenery import Scenery, bounds, extremes
+from .seams import seams
 from .trace import Caster
 
 SAMPLES = ((-0.125, -0.375), (0.375, -0.125), (-0.375, 0.125), (0.125, 0.375))  # rotated grid, in pixels
@@ -128,8 +129,10 @@ class Painter:
         self._paint_floor(result, origin, direction, hits.distance, turn, k)
         hits = hits.only(seen)
         normal, point = self.caster.smooth_normals(hits, direction[seen])
+        pixel = self.view.scale(hits.distance) * 2 / self.width
+        colour = to_linear(self.caster.colours(hits)) * seams(self.caster, hits, pixel)[:, None]
         result[seen] = light.shade(
-            self.caster, hits, normal, point, direction[seen], self.key, turn[seen], k, len(SAMPLES)
+            self.caster, hits, colour, normal, point, direction[seen], self.key, turn[seen], k, len(SAMPLES)
         )
         return result
 
