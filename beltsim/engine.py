@@ -16,7 +16,8 @@ from beltsim.solver.motion import Slides, Spins
 from beltsim.solver.steps import (
     DONE,
     LISTS_STALE,
-    MOVED_TOO_FAR,
+    LOST,
+    TOO_FAST,
     Clock,
     Environment,
     GivenLoads,
@@ -43,6 +44,7 @@ class Stage:
     given: GivenLoads | None
     drag: float  # 1/s
     wind: tuple[float, float, float]  # m/s
+    turned: np.ndarray  # (h,) int32 slots of particles with a prescribed spin
 
 
 @dataclass
@@ -56,6 +58,7 @@ class State:
     lists: Lists | None = None
     listed: np.ndarray | None = None
     part_travel: np.ndarray | None = None
+    cap: float = 0.0
     stage: Stage | None = None
     step: int = 0
     total_steps: int = 0
@@ -117,6 +120,9 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     state.lists = new
     state.listed = population.particles.position.copy()
     state.part_travel = np.zeros(1)
+    # Particles may get half as fast again before lists are made anew for that alone; the least keeps a scene at rest
+    # from being called too fast.
+    state.cap = max(1.5 * fastest_step(state), 0.02 * state.skin)
     state.list_builds += 1
 
 
@@ -125,9 +131,16 @@ def solver_arguments(state: State, time_step: float | None = None) -> tuple:
     scene, stage = state.scene, state.stage
     dt = stage.time_step if time_step is None else time_step
     belt = None if scene.bonds is None else (scene.bonds, scene.runs, scene.kinds)
-    environment = Environment(tuple(scene.gravity), stage.drag, stage.wind, state.listed, state.part_travel)
-    # Half the skin in one step would let a pair pass from unlisted to touching unseen.
-    clock = Clock(dt, stage.start, state.step, state.skin, 0.5 * state.skin)
+    environment = Environment(
+        tuple(scene.gravity),
+        stage.drag,
+        stage.wind,
+        state.listed,
+        state.part_travel,
+        stage.turned,
+        np.ascontiguousarray(scene.population.particles.angular_velocity[:, stage.turned]),
+    )
+    clock = Clock(dt, stage.start, state.step, state.skin, state.cap)
     return (
         scene.population.particles,
         scene.shapes,
@@ -157,11 +170,17 @@ def advance_by(state: State, steps: int) -> None:
         state.step += done
         state.total_steps += done
         steps -= done
-        if reason == MOVED_TOO_FAR:
+        if reason == LOST or (reason == TOO_FAST and fastest_step(state) > 0.5 * state.skin):
             raise BlowUp(diagnosis(state))
-        if reason == LISTS_STALE:
+        if reason != DONE:
             renew_lists(state)
     spin_of_momentum(state.scene.population.particles)
+
+
+def fastest_step(state: State) -> float:
+    """The farthest [m] that a particle moves in one step now."""
+    velocity = state.scene.population.particles.velocity
+    return state.stage.time_step * float(np.sqrt(np.max(np.sum(velocity**2, axis=0), initial=0.0)))
 
 
 def diagnosis(state: State) -> str:

@@ -150,11 +150,11 @@ def prepare(state: State, block: Block, start: float, say, allow_unstable: bool)
     name = block.get("NAME")
     before = None if state.stage is None else state.stage.slides
     spins, slides = drives_of(scene.deck, scene.machinery, scene.tables, name, before)
-    prescribe_velocities(scene, name)
+    turned = prescribe_velocities(scene, name)
     time_step, sentence = choose(scene, block, slides, spins, allow_unstable=allow_unstable)
     say((f"step {name}: " if name else "") + sentence)
     drag, wind = damping_of(scene, name, say)
-    return Stage(time_step, start, spins, slides, given_loads(scene, name), drag, wind)
+    return Stage(time_step, start, spins, slides, given_loads(scene, name), drag, wind, turned)
 
 
 def damping_of(scene: Scene, step_name: str | None, say) -> tuple[float, tuple]:

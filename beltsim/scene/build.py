@@ -129,9 +129,10 @@ def slots_of_motion(block: Block, population: Population) -> np.ndarray:
     return population.slots_of(np.asarray(ids, dtype=np.int64))
 
 
-def prescribe_velocities(scene: Scene, step_name: str | None) -> None:
-    """Set the velocities of particles that a step prescribes."""
+def prescribe_velocities(scene: Scene, step_name: str | None) -> np.ndarray:
+    """Set the velocities of particles that a step prescribes; returns the slots (h,) int32 of those that it spins."""
     particles = scene.population.particles
+    turned = []
     for block in scene.deck.blocks("MOTION"):
         acts = block.get("STEP") is None or block.get("STEP") == step_name
         if acts and block["TYPE"] == "VELOCITY" and block.get("PART") is None:
@@ -140,3 +141,6 @@ def prescribe_velocities(scene: Scene, step_name: str | None) -> None:
             spin = vector[3:] if vector.size == 6 else np.zeros(0)
             if spin.size and np.all(np.isfinite(spin)):
                 particles.angular_velocity[:, slots] = spin[:, None]
+                particles.angular_momentum[:, slots] = 0.0
+                turned.append(slots)
+    return np.concatenate(turned).astype(np.int32) if turned else np.zeros(0, np.int32)

@@ -85,10 +85,12 @@ def bond_tile(
     for n in range(count):
         i, j = first + np.uint64(n), second + np.uint64(n)
         d = sub(of(position, j), of(position, i))
-        mid, _, _, force, moment, torque = elastic_loads(d, of4(orientation, i), of4(orientation, j), kind)
+        mid, _, _, force, moment, pull, torque = elastic_loads(
+            d, of4(orientation, i), of4(orientation, j), kind
+        )
         relative = sub(of(velocity, j), of(velocity, i))
         viscous, viscous_torque = bond_damping(mid, d, relative, of(spin, i), of(spin, j), kind[5], kind[6])
-        f, torque_i, torque_j = bond_reaction(mid, d, add(force, viscous), add(torque, viscous_torque))
+        f, torque_i, torque_j = bond_reaction(mid, d, add(pull, viscous), add(torque, viscous_torque))
         keep = 1.0
         if limits is not None:
             section, tensile, shear = limits
@@ -214,7 +216,7 @@ def bond_measures(particles, bonds, kinds):
         if intact[b]:
             i, j, kind = first[b], second[b], kind_of(kinds, bonds.kind[b])
             d = sub(at(particles.position, j), at(particles.position, i))
-            _, e, rotation, force, moment, _ = elastic_loads(
+            _, e, rotation, force, moment, _, _ = elastic_loads(
                 d, at4(particles.orientation, i), at4(particles.orientation, j), kind
             )
             measures[0, b] = force[0]

@@ -238,18 +238,21 @@ def sphere_part_pass(particles, shapes, laws, contacts, parts, time_step):
         if math.isinf(size):
             overlap, normal = sphere_plane(centre, radius[i], middle, axis)
             reduced = radius[i]
+            # The whole radius is the arm: a sphere rolls at its own circumference whatever its overlap.
+            inset = 0.0
         else:
             overlap, normal = sphere_cylinder(
                 centre, radius[i], middle, axis, size, parts.half_length[p], parts.edge_radius[p]
             )
             # Curved one way only: the geometric mean of the two relative radii, r and r R / (r + R).
             reduced = radius[i] * math.sqrt(size / (radius[i] + size))
+            inset = 0.5 * overlap
         overlaps[k] = overlap
         if overlap <= 0.0:
             if contacts.stiffness[k] > 0.0:
                 forget(contacts, k)
             continue
-        arm_i = scaled(normal, 0.5 * overlap - radius[i])
+        arm_i = scaled(normal, inset - radius[i])
         arm_p = sub(add(centre, arm_i), middle)
         spin_i, spin_p = at(spin, i), at(parts.angular_velocity, p)
         relative = sub(surface(at(velocity, i), spin_i, arm_i), surface(at(parts.velocity, p), spin_p, arm_p))

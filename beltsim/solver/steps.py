@@ -12,35 +12,38 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from beltsim.solver.bonds import bond_pass
+from beltsim.solver.bond import to_world
+from beltsim.solver.bonds import bond_pass, of, of4, rows3, rows4
 from beltsim.solver.contacts import (
     box_cylinder_pass,
     sphere_box_pass,
     sphere_part_pass,
     sphere_sphere_pass,
 )
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import inner, kernel, vector_kernel
 from beltsim.solver.motion import factor_at, fastest_part, move_parts, push_parts, sum_part_loads
 from beltsim.solver.state import Array
 from beltsim.solver.vectors import (
     add,
     at,
     at4,
+    axis_x,
+    axis_y,
+    axis_z,
     dot,
     exponential,
     plus,
     product,
     put,
     put4,
-    rotate,
-    rotate_back,
     scaled,
     sub,
 )
 
 DONE = 0
 LISTS_STALE = 1
-MOVED_TOO_FAR = 2
+TOO_FAST = 2
+LOST = 3
 
 
 class Clock(NamedTuple):
@@ -50,7 +53,7 @@ class Clock(NamedTuple):
     start: float  # s, when step 0 was
     step: int  # time = start + step * time_step
     skin: float  # m, of the present lists
-    cap: float  # m, the farthest that a particle may move in one step
+    cap: float  # m, the farthest that a particle is expected to move in one step
 
 
 class Environment(NamedTuple):
@@ -61,6 +64,8 @@ class Environment(NamedTuple):
     wind: tuple  # (3,) m/s, the velocity that the damping pulls towards
     listed: Array  # (3, n) positions when the lists were made, m
     part_travel: Array  # (1,) how far parts may have moved since, m
+    turned: Array  # (h,) int32 particles with a prescribed spin
+    turning: Array  # (3, h) rad/s
 
 
 class GivenLoads(NamedTuple):
@@ -72,96 +77,158 @@ class GivenLoads(NamedTuple):
 
 
 @inner
-def turn_about(axis, momentum, inertia, time_step, orientation):
-    """Free rotation about one principal axis: body momentum and orientation after it."""
-    u = 0.5 * time_step * momentum[axis] / inertia[axis]
+def cycled(v):
+    """Components (y, z, x) of a vector."""
+    return v[1], v[2], v[0]
+
+
+@inner
+def cycled4(q):
+    """The same of a quaternion's vector part."""
+    return q[0], q[2], q[3], q[1]
+
+
+@inner
+def turn_about_z(momentum, moment, time_step, q):
+    """Free rotation about the third principal axis: body momentum and orientation, not normalised, after it."""
+    x, y, z = momentum
+    u = 0.5 * time_step * z / moment
     scale = 1.0 / (1.0 + u * u)
     cosine, sine = (1.0 - u * u) * scale, 2.0 * u * scale
-    root = math.sqrt(scale)
-    x, y, z = momentum
-    if axis == 0:
-        momentum = (x, cosine * y + sine * z, cosine * z - sine * y)
-        step = (root, root * u, 0.0, 0.0)
-    elif axis == 1:
-        momentum = (cosine * x - sine * z, y, cosine * z + sine * x)
-        step = (root, 0.0, root * u, 0.0)
-    else:
-        momentum = (cosine * x + sine * y, cosine * y - sine * x, z)
-        step = (root, 0.0, 0.0, root * u)
-    return momentum, product(orientation, step)
+    turned = (q[0] - u * q[3], q[1] + u * q[2], q[2] - u * q[1], q[3] + u * q[0])
+    return (cosine * x + sine * y, cosine * y - sine * x, z), turned
 
 
 @inner
-def turn_freely(orientation, momentum, inertia, time_step):
-    """Orientation and body momentum of a free rigid body after a step: axes 3-2-1-2-3."""
-    half = 0.5 * time_step
-    momentum, orientation = turn_about(2, momentum, inertia, half, orientation)
-    momentum, orientation = turn_about(1, momentum, inertia, half, orientation)
-    momentum, orientation = turn_about(0, momentum, inertia, time_step, orientation)
-    momentum, orientation = turn_about(1, momentum, inertia, half, orientation)
-    momentum, orientation = turn_about(2, momentum, inertia, half, orientation)
-    return orientation, momentum
+def turn_freely(q, momentum, inertia, time_step):
+    """Orientation and body momentum of a free rigid body after a step: axes 3-2-1-2-3.
 
-
-@inner
-def world_spin(orientation, momentum, inertia):
-    """Angular velocity from the body-frame momentum."""
-    local = (momentum[0] / inertia[0], momentum[1] / inertia[1], momentum[2] / inertia[2])
-    return rotate(orientation, local)
-
-
-@kernel
-def kick_and_drift(particles, listed, time_step, cap):
-    """First half kick and drift of all particles.
-
-    Returns the farthest squared distance from where the lists were made [m2], the largest squared speed, and how many
-    particles moved more than `cap` in this step or are not finite.
+    Turning about another axis is turning about the third with the axes renamed in a cycle.
     """
-    position, velocity, orientation = particles.position, particles.velocity, particles.orientation
-    momentum, spin = particles.angular_momentum, particles.angular_velocity
-    force, torque, mass = particles.force, particles.torque, particles.mass
-    inertia, mobility = particles.inertia, particles.mobility
     half = 0.5 * time_step
-    farthest = 0.0
-    fastest = 0.0
-    lost = 0
+    momentum, q = turn_about_z(momentum, inertia[2], half, q)
+    momentum, q = cycled(cycled(momentum)), cycled4(cycled4(q))
+    momentum, q = turn_about_z(momentum, inertia[1], half, q)
+    momentum, q = cycled(cycled(momentum)), cycled4(cycled4(q))
+    momentum, q = turn_about_z(momentum, inertia[0], time_step, q)
+    momentum, q = cycled(momentum), cycled4(q)
+    momentum, q = turn_about_z(momentum, inertia[1], half, q)
+    momentum, q = cycled(momentum), cycled4(q)
+    momentum, q = turn_about_z(momentum, inertia[2], half, q)
+    scale = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    return (scale * q[0], scale * q[1], scale * q[2], scale * q[3]), momentum
+
+
+@inner
+def world_spin(q, momentum, inertia):
+    """Angular velocity in world axes from the body-frame momentum."""
+    return to_world(q, (momentum[0] / inertia[0], momentum[1] / inertia[1], momentum[2] / inertia[2]))
+
+
+@inner
+def in_body(q, v):
+    """World vector v in the frame q."""
+    return dot(axis_x(q), v), dot(axis_y(q), v), dot(axis_z(q), v)
+
+
+@vector_kernel
+def translate(position, velocity, force, mass, moves, listed, time_step, reach, cap):
+    """First half kick and drift of all centres.
+
+    Returns how many particles are farther than `reach` from where the lists were made, how many moved more than
+    `cap` in this step, and how many are not finite. Counts, not maxima: those would keep the loop scalar.
+    """
+    half = 0.5 * time_step
+    far = fast = lost = 0
     for i in range(mass.size):
-        v = plus(at(velocity, i), half * mobility[0, i] / mass[i], at(force, i))
-        put(velocity, i, v)
-        x = plus(at(position, i), time_step, v)
-        put(position, i, x)
-        q, moments = at4(orientation, i), at(inertia, i)
-        if mobility[1, i] > 0.0:
-            angular = plus(at(momentum, i), half, at(torque, i))
-            put(momentum, i, angular)
-            if moments[0] == moments[1] and moments[1] == moments[2]:
-                w = scaled(angular, 1.0 / moments[0])
-                q = product(exponential(scaled(w, time_step)), q)
-            else:
-                q, local = turn_freely(q, rotate_back(q, angular), moments, time_step)
-                w = world_spin(q, local, moments)
-            put(spin, i, w)
-        else:
-            q = product(exponential(scaled(at(spin, i), time_step)), q)
-        # One Newton step of the norm: its drift, 1e-16 a step, stays at rounding for any number of steps.
-        correction = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-        put4(orientation, i, (q[0] * correction, q[1] * correction, q[2] * correction, q[3] * correction))
-        moved = sub(x, at(listed, i))
-        farthest = max(farthest, dot(moved, moved))
-        fastest = max(fastest, dot(v, v))
-        lost += 0 if dot(v, v) * time_step * time_step <= cap * cap else 1
-    return farthest, fastest, lost
+        pull = half * moves[i] / mass[i]
+        moved = 0.0
+        step = 0.0
+        for c in range(3):
+            v = velocity[c][i] + pull * force[c][i]
+            x = position[c][i] + time_step * v
+            velocity[c][i] = v
+            position[c][i] = x
+            moved += (x - listed[c][i]) * (x - listed[c][i])
+            step += time_step * v * time_step * v
+        far += 1 if moved > reach * reach else 0
+        fast += 1 if step > cap * cap else 0
+        lost += 0 if moved < 1e300 else 1
+    return far, fast, lost
+
+
+@vector_kernel
+def turn(orientation, momentum, spin, torque, inertia, turns, time_step):
+    """First half kick and free rotation of all particles; their angular velocity at the new orientation."""
+    half = 0.5 * time_step
+    for i in range(turns.size):
+        q, moments = of4(orientation, i), of(inertia, i)
+        angular = plus(of(momentum, i), half * turns[i], of(torque, i))
+        q, local = turn_freely(q, in_body(q, angular), moments, time_step)
+        w = world_spin(q, local, moments)
+        for c in range(3):
+            momentum[c][i] = angular[c]
+            spin[c][i] = w[c]
+        for c in range(4):
+            orientation[c][i] = q[c]
 
 
 @kernel
-def start_loads(particles, environment):
-    """Begin the sum of each particle's loads with gravity and global damping."""
-    force, torque, mass, velocity = particles.force, particles.torque, particles.mass, particles.velocity
-    gravity, drag, wind = environment.gravity, environment.drag, environment.wind
+def kick_and_drift(particles, environment, time_step, reach, cap):
+    """First half kick and drift of all particles; returns the counts of `translate`."""
+    force, torque = rows3(particles.force), rows3(particles.torque)
+    spin, orientation = rows3(particles.angular_velocity), rows4(particles.orientation)
+    mobility = particles.mobility
+    counts = translate(
+        rows3(particles.position),
+        rows3(particles.velocity),
+        force,
+        particles.mass,
+        mobility[0],
+        rows3(environment.listed),
+        time_step,
+        reach,
+        cap,
+    )
+    turn(
+        orientation,
+        rows3(particles.angular_momentum),
+        spin,
+        torque,
+        rows3(particles.inertia),
+        mobility[1],
+        time_step,
+    )
+    # Particles whose spin is prescribed carry no momentum: what moved nothing above is turned here.
+    for n in range(environment.turned.size):
+        i = environment.turned[n]
+        w = at(environment.turning, n)
+        put(particles.angular_velocity, i, w)
+        put4(
+            particles.orientation,
+            i,
+            product(exponential(scaled(w, time_step)), at4(particles.orientation, i)),
+        )
+    return counts
+
+
+@vector_kernel
+def weigh(force, torque, velocity, mass, gravity, drag, wind):
+    """Begin the sum of all loads with gravity and global damping."""
     for i in range(mass.size):
-        pull = sub(gravity, scaled(sub(at(velocity, i), wind), drag))
-        put(force, i, scaled(pull, mass[i]))
-        put(torque, i, (0.0, 0.0, 0.0))
+        for c in range(3):
+            force[c][i] = mass[i] * (gravity[c] - drag * (velocity[c][i] - wind[c]))
+            torque[c][i] = 0.0
+
+
+@vector_kernel
+def kick(velocity, momentum, force, torque, mass, moves, turns, time_step):
+    """Second half kick of all particles."""
+    half = 0.5 * time_step
+    for i in range(mass.size):
+        for c in range(3):
+            velocity[c][i] += half * moves[i] / mass[i] * force[c][i]
+            momentum[c][i] += half * turns[i] * torque[c][i]
 
 
 @kernel
@@ -195,26 +262,13 @@ def add_given_loads(particles, given, amplitudes, time):
 
 
 @kernel
-def second_kick(particles, time_step):
-    """Second half kick of all particles."""
-    velocity, momentum = particles.velocity, particles.angular_momentum
-    force, torque, mass, mobility = particles.force, particles.torque, particles.mass, particles.mobility
-    half = 0.5 * time_step
-    for i in range(mass.size):
-        put(velocity, i, plus(at(velocity, i), half * mobility[0, i] / mass[i], at(force, i)))
-        if mobility[1, i] > 0.0:
-            put(momentum, i, plus(at(momentum, i), half, at(torque, i)))
-
-
-@kernel
 def spin_of_momentum(particles):
-    """Angular velocities of the full step, for output and for forces at the start."""
-    orientation, momentum = particles.orientation, particles.angular_momentum
-    spin, inertia, mobility = particles.angular_velocity, particles.inertia, particles.mobility
-    for i in range(inertia.shape[1]):
-        if mobility[1, i] > 0.0:
-            q = at4(orientation, i)
-            put(spin, i, world_spin(q, rotate_back(q, at(momentum, i)), at(inertia, i)))
+    """Angular velocities of the full step, for output; prescribed ones stay."""
+    for i in range(particles.mass.size):
+        if particles.mobility[1, i] > 0.0:
+            q = at4(particles.orientation, i)
+            local = in_body(q, at(particles.angular_momentum, i))
+            put(particles.angular_velocity, i, world_spin(q, local, at(particles.inertia, i)))
 
 
 @kernel
@@ -223,7 +277,9 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
 
     Groups that the scene lacks are None: numba compiles their branch away. See `advance` for the parameters.
     """
-    start_loads(particles, environment)
+    force, torque = rows3(particles.force), rows3(particles.torque)
+    velocity = rows3(particles.velocity)
+    weigh(force, torque, velocity, particles.mass, environment.gravity, environment.drag, environment.wind)
     parts.force[:] = 0.0
     parts.torque[:] = 0.0
     if belt is not None:
@@ -272,24 +328,36 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
     Returns
     -------
     done : whole steps that were made
-    reason : DONE, LISTS_STALE or MOVED_TOO_FAR (that step is not finished)
+    reason : DONE; LISTS_STALE; TOO_FAST: some particle moved more than `clock.cap` in the last step; LOST: some
+        particle is not finite, and the step is not finished
     """
     spins, slides, amplitudes = drives
     dt = clock.time_step
     for n in range(steps):
         step = clock.step + n
         time = clock.start + step * dt
-        farthest, fastest, lost = kick_and_drift(particles, environment.listed, dt, clock.cap)
+        reach = 0.5 * (clock.skin - environment.part_travel[0]) - clock.cap
+        far, fast, lost = kick_and_drift(particles, environment, dt, reach, clock.cap)
         if lost > 0:
-            return n, MOVED_TOO_FAR
+            return n, LOST
         move_parts(parts, spins, slides, amplitudes, time, dt)
         now = Clock(dt, clock.start, step + 1, clock.skin, clock.cap)
         find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now)
         push_parts(parts, spins, slides, amplitudes, time + dt, dt)
-        second_kick(particles, dt)
+        kick(
+            rows3(particles.velocity),
+            rows3(particles.angular_momentum),
+            rows3(particles.force),
+            rows3(particles.torque),
+            particles.mass,
+            particles.mobility[0],
+            particles.mobility[1],
+            dt,
+        )
         environment.part_travel[0] += dt * fastest_part(parts, slides)
-        # Stale as soon as the next step, half as fast again, could bring a pair from beyond the skin into touch.
-        reach = 2.0 * (math.sqrt(farthest) + 1.5 * dt * math.sqrt(fastest))
-        if reach + environment.part_travel[0] > clock.skin:
+        # Nobody beyond `reach`, nobody faster than `cap`: no pair gets from beyond the skin into touch next step.
+        if fast > 0:
+            return n + 1, TOO_FAST
+        if far > 0 or environment.part_travel[0] > 0.25 * clock.skin:
             return n + 1, LISTS_STALE
     return steps, DONE
