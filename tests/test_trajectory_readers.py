@@ -88,9 +88,9 @@ def test_vtk_sees_bond_data_on_the_lines_after_the_vertices(tmp_path, scene):
 def test_mdanalysis_sees_the_same_frames(tmp_path, scene):
     contents = make_contents(**SCENES[scene])
     path = write(tmp_path, contents, make_frames(contents))
-    universe = open_mdanalysis(path)
-    assert universe.trajectory.n_frames == 5
     with trajectory.read(path) as found:
+        universe = open_mdanalysis(path)
+        assert universe.trajectory.n_frames == 5
         for frame in found:
             moment = universe.trajectory[round(frame.step / 100)]
             assert (moment.time, moment.data["step"]) == (frame.time, frame.step)

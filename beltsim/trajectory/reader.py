@@ -43,11 +43,11 @@ def _opened(path: str | Path) -> h5py.File:
     import h5py
 
     try:
-        return h5py.File(path, "r", locking=False)
+        return h5py.File(path, "r")
     except OSError:
-        # HDF5 wants one locking mode of all who open a file in one process: another library may have it open.
+        # HDF5 wants one locking mode of all who open a file in one process: our writer opens it without locks.
         try:
-            return h5py.File(path, "r")
+            return h5py.File(path, "r", locking=False)
         except OSError as error:
             raise TrajectoryError(f"{path}: found no HDF5 file, expected a trajectory ({error})") from None
 
