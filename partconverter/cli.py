@@ -50,11 +50,16 @@ def _run(sat, output, belts, preview, shown, overwrite, quiet, settings) -> None
     from beltsim import inp
 
     from . import listing
-    from .convert import convert
+    from .convert import NothingToConvert, convert
 
     name = "<stdin>" if sat == "-" else sat
     start = perf_counter()
-    conversion = convert(console.read_input(sat), name, settings, belts)
+    try:
+        conversion = convert(console.read_input(sat), name, settings, belts)
+    except NothingToConvert as nothing:
+        if shown[1]:
+            click.echo(console.summary("nothing to convert", **listing.json_of_nothing(nothing.found)))
+        raise
     converted = perf_counter()
     outputs = []
     if output is not None or not any(shown):

@@ -20,9 +20,13 @@ from .solids import REASONS
 
 
 class NothingToConvert(CommandError):
-    """The text is sound, but no roller is in it or left of it (exit code 4)."""
+    """The text is sound, but no roller is in it or left of it (exit code 4); `found` says what is."""
 
     exit_code = ExitCode.NOT_CONVERTIBLE
+
+    def __init__(self, text: str, found: Found):
+        super().__init__(text)
+        self.found = found
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,7 @@ def convert(data: bytes, name: str, settings: Settings, belts: tuple[str, ...] =
     warnings = list(found.warnings)
     rollers = _chosen(found.rollers, settings, warnings)
     if not rollers:
-        raise NothingToConvert("\n".join(_nothing(name, found)))
+        raise NothingToConvert("\n".join(_nothing(name, found)), found)
     if belts:
         rollers, more = driven(rollers, _belts(belts), settings.belt_speed, touch_gap=settings.touch_gap)
         warnings += more

@@ -91,9 +91,10 @@ def _warn(found: Found, model: Model, *, unit_given: bool) -> None:
                 "is the unit wrong? (--unit changes it)"
             )
     if model.wires:
-        warnings.append(f"{name}: {model.wires} bodies of wires without faces were left out")
+        bodies = "1 body" if model.wires == 1 else f"{model.wires} bodies"
+        warnings.append(f"{name}: {bodies} of wires without faces left out")
     if model.loose_faces:
-        warnings.append(f"{name}: {model.loose_faces} faces belong to no solid and were left out")
+        warnings.append(f"{name}: {model.loose_faces} faces that belong to no solid left out")
     for reason in TOLD:
         left = [entry for entry in found.left_out if entry[2] == reason]
         for line, cad_name, _, detail in left[:MOST_TOLD]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from .convert import Conversion, count_of, left_out_lines
+from .finding import Found
 from .parts import is_part
 from .rollers import Roller, quaternion_of
 
@@ -76,11 +77,28 @@ def json_body(conversion: Conversion, output: str, first_id: int) -> dict:
     """Cylinders and left-out solids as plain data, SI."""
     ids = _ids(conversion.rollers, output, first_id)
     cylinders = [_cylinder(roller, number) for roller, number in zip(conversion.rollers, ids)]
-    left_out = [
-        {"line": line, "cad_name": cad_name, "reason": reason, "detail": detail}
-        for line, cad_name, reason, detail in conversion.found.left_out
-    ]
-    return {"unit_mm": conversion.found.unit_mm, "cylinders": cylinders, "left_out": left_out}
+    return {
+        "unit_mm": conversion.found.unit_mm,
+        "cylinders": cylinders,
+        "left_out": _left_out(conversion.found),
+    }
+
+
+def json_of_nothing(found: Found) -> dict:
+    """The same for a file without a roller that could be written."""
+    counts = {
+        "solids": found.solids,
+        "cylinders": 0,
+        "left_out": len(found.left_out),
+        "filtered": len(found.rollers),
+    }
+    more = {"unit_mm": found.unit_mm, "cylinders": [], "left_out": _left_out(found)}
+    return {"counts": counts, "warnings": found.warnings, **more}
+
+
+def _left_out(found: Found) -> list[dict]:
+    keys = ("line", "cad_name", "reason", "detail")
+    return [dict(zip(keys, entry)) for entry in found.left_out]
 
 
 def _cylinder(roller: Roller, number: int | None) -> dict:

@@ -12,7 +12,7 @@ from math import cos, pi, sin
 from typing import NamedTuple
 
 from .profiles import SHARE, Band, Line, angle_of, band_of, is_round, line_through, revolves
-from .surfaces import Circle, Cone, Ellipse, Freeform, Torus, along, cross, less, norm, off_surface
+from .surfaces import Circle, Cone, Ellipse, Freeform, Sphere, Torus, along, cross, less, norm, off_surface
 from .topology import Edge, Face, Model, Solid
 
 # A vertex may lie this share of the radius off its surface (tolerant models); more is damage.
@@ -21,7 +21,7 @@ OFF_SURFACE = 1e-3
 END_DROP = 0.25
 # A keyway leaves more than this share of the circumference; a D-shaped or half cylinder less.
 LEAST_COVER = 0.8
-# Axes tried on one solid when not all faces revolve.
+# Axes tried on one solid, those of the largest cylinders first: the widest part of a roller is among them.
 MOST_AXES = 8
 
 
@@ -106,7 +106,7 @@ def recognise(model: Model, solid: Solid, *, section: str = "largest") -> Turned
     for line in lines:
         if all(revolves(surface, line) for surface in surfaces.values()):
             return _turned(line, [band_of(face, line) for face in faces], section)
-    reasons = [_dominant(faces, line, section) for line in lines[:MOST_AXES]]
+    reasons = [_dominant(faces, line, section) for line in lines]
     found = next((reason for reason in reasons if isinstance(reason, Turned)), None)
     if found:
         return found
@@ -127,13 +127,20 @@ def _outer_lines(model: Model, surfaces: dict) -> list[Line]:
         outer = [(s.major + abs(s.minor), s.centre, s.axis) for s in tori]
     lines: list[Line] = []
     for radius, centre, axis in sorted(set(outer), reverse=True):
-        if not any(line.is_parallel(axis) and line.holds(centre) for line in lines):
+        if len(lines) < MOST_AXES and not any(
+            line.is_parallel(axis) and line.holds(centre) for line in lines
+        ):
             lines.append(line_through(centre, axis, radius))
     return lines
 
 
 def _without_cylinder(model: Model, solid: Solid, surfaces) -> LeftOut:
     freeform = [face for face, surface in surfaces.items() if isinstance(surface, Freeform)]
+    inner = [s for s in surfaces.values() if isinstance(s, Cone) and s.circular]
+    if inner:
+        line = line_through(inner[0].centre, inner[0].axis, inner[0].radius)
+        if all(revolves(surface, line) for surface in surfaces.values()):
+            return LeftOut("damaged", "its faces are turned inside out")
     if not freeform:
         return LeftOut("no cylinder")
     detail = f"{len(freeform)} of {len(solid.faces)} faces"
@@ -149,6 +156,8 @@ def _broken(faces: list[Face], line: Line) -> LeftOut | None:
     tolerance = OFF_SURFACE / SHARE * line.tolerance
     uses = Counter()
     for face in faces:
+        if not face.edges and not isinstance(face.surface, Torus | Sphere):
+            return LeftOut("damaged", "a face has no edges")
         for edge, _ in face.edges:
             uses[edge.record] += edge.curve is not None
             for point in (edge.start, edge.end):
@@ -273,10 +282,12 @@ def _bore(bands, line, overall: Span) -> float:
 
 def _conical(line, bands, widest: Band, overall: Span) -> Turned:
     """A body whose widest part is no cylinder: its whole outer run of cones counts."""
-    low, high = (max(widest.rings, key=lambda ring, way=way: way * ring[0]) for way in (-1, 1))
-    low_end = _grow(bands, line, *low, -1, float("inf"))[0]
-    high_end = _grow(bands, line, *high, 1, float("inf"))[0]
-    drum = Span(min(low_end, widest.low), max(high_end, widest.high))
+    low, high = widest.low, widest.high
+    if widest.rings:
+        first, last = (max(widest.rings, key=lambda ring, way=way: way * ring[0]) for way in (-1, 1))
+        low = min(low, _grow(bands, line, *first, -1, float("inf"))[0])
+        high = max(high, _grow(bands, line, *last, 1, float("inf"))[0])
+    drum = Span(low, high)
     notes = ["conical or barrel-shaped: no straight part, its largest diameter is taken"]
     return Turned(line, widest.widest, drum, drum, overall, _bore(bands, line, overall), 0.0, True, notes)
 

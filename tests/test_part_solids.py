@@ -249,6 +249,50 @@ def test_nurbs_cylinders_are_reported_with_their_diameter():
     assert "looks like a cylinder of diameter 133" in found(solids.as_nurbs(cylinder(133, 380))).warnings[0]
 
 
+def test_an_elliptic_cylinder_is_no_roller():
+    text = write_sat([cylinder(133, 380)])
+    oval = text.replace("66.5 0 1 I I 0 1 66.5", "66.5 0 0.8 I I 0 1 66.5").replace(
+        "66.5 0 1 I I #", "66.5 0 0.8 I I #"
+    )
+    assert oval != text
+    assert [left[2] for left in find_rollers(oval.encode(), "x").left_out] == ["no cylinder"]
+
+
+def test_a_drum_turned_inside_out_is_reported():
+    text = write_sat([cylinder(133, 380)])
+    cone = next(line for line in text.splitlines() if line.startswith("cone-surface"))
+    inside_out = text.replace(cone, cone.replace("I I 0 1 66.5", "I I 0 -1 66.5"))
+    result = find_rollers(inside_out.encode(), "x")
+    assert "inside out" in result.warnings[0]
+
+
+WHOLE = """700 0 1 0
+10 Sample CAD 8 ACIS 7.0 24 Mon Jan 05 08:00:00 2026
+1 9.9999999999999995e-07 1e-10
+body $-1 -1 $-1 $1 $-1 $-1 #
+lump $-1 -1 $-1 $-1 $2 $0 #
+shell $-1 -1 $-1 $-1 $-1 $3 $-1 $1 #
+face $-1 -1 $-1 $-1 $-1 $2 $-1 $4 forward single #
+{surface} forward_v I I I I #
+End-of-ACIS-data
+"""
+
+
+def test_rings_and_balls_without_any_edge_are_no_cylinders():
+    ring = WHOLE.format(surface="torus-surface $-1 -1 $-1 0 0 5 0 0 1 100 10 1 0 0")
+    result = find_rollers(ring.encode(), "x")
+    assert [left[2] for left in result.left_out] == ["conical"]
+    asked_for = find_rollers(ring.encode(), "x", cones=True).rollers[0]
+    assert_is(asked_for, 220, 20, (0, 0, 5))
+    for surface, reason in (
+        ("sphere-surface $-1 -1 $-1 0 0 0 25 1 0 0 0 0 1", "no cylinder"),
+        ("plane-surface $-1 -1 $-1 0 0 0 0 0 1 1 0 0", "no cylinder"),
+        ("cone-surface $-1 -1 $-1 0 0 0 0 0 1 5 0 0 1 I I 0 1 5", "damaged"),
+    ):
+        found_one = find_rollers(WHOLE.format(surface=surface).encode(), "x")
+        assert [left[2] for left in found_one.left_out] == [reason]
+
+
 def test_a_hole_larger_than_the_boss_does_not_hide_it():
     flange = solids.extrude(solids.rectangle(400, 300), [solids.circle(90, ccw=False)], high=20)
     assert reasons(flange) == ["no cylinder"]
