@@ -7,8 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from beltsim.scene.bodies import make_particles
+from beltsim.scene.bonding import in_runs
 from beltsim.solver.bond import half_angle_ratio
-from beltsim.solver.bonds import bond_measures, bond_pass
+from beltsim.solver.bonds import TILE, bond_measures, bond_pass
 from beltsim.solver.state import BondKinds, Bonds
 
 COUNT = 200
@@ -56,14 +57,24 @@ def bonds_between(first, second):
         second.astype(np.int32),
         np.arange(count, dtype=np.int32),
         np.ones(count, np.int8),
-        np.zeros((9, count)),
+        np.zeros((9, TILE)),
+        np.zeros((13, 2 * TILE)),
+        np.zeros(TILE, np.int8),
     )
 
 
 def loads(particles, bonds, kinds):
     """Force on the first, torques on the first and on the second particle of each bond, (3, m) each."""
-    bond_pass(particles, bonds, kinds)
-    return bonds.loads[0:3].copy(), bonds.loads[3:6].copy(), bonds.loads[6:9].copy()
+    particles.force[:] = particles.torque[:] = 0.0
+    order, runs = in_runs(bonds.first, bonds.second, bonds.kind)
+    np.testing.assert_array_equal(order, np.arange(order.size))
+    bond_pass(particles, bonds, runs, kinds, None, 0)
+    # Every particle has one bond, so its loads are the bond's.
+    return (
+        particles.force[:, bonds.first],
+        particles.torque[:, bonds.first],
+        particles.torque[:, bonds.second],
+    )
 
 
 def energies(particles, bonds, kinds):
@@ -74,7 +85,7 @@ def energies(particles, bonds, kinds):
     turn = (first.inv() * second).as_rotvec()
     middle = first * Rotation.from_rotvec(0.5 * turn)
     e = middle.inv().apply((particles.position[:, j] - particles.position[:, i]).T)
-    e[:, 0] -= kinds.rest_length
+    e[:, 0] = np.linalg.norm(e, axis=1) - kinds.rest_length
     return 0.5 * np.sum(kinds.stiffness.T * e**2 + kinds.angular_stiffness.T * turn**2, axis=1)
 
 
@@ -99,7 +110,7 @@ def test_loads_are_the_gradient_of_the_energy_up_to_170_degrees(end, axis):
         behind = energies(moved(particles, slots, **{name: -h * unit}), bonds, kinds)
         return -(ahead - behind) / (2.0 * h)
 
-    # Central differences: h^2 U''' / 6 = 2e-10 for energies and derivatives of order 10, rounding 1e-15 * 10 / h = 1e-9.
+    # Central differences: h^2 U'''/6 = 2e-10 for derivatives of order 10, rounding 1e-15 * 10 / h = 1e-9.
     np.testing.assert_allclose((force if end == 0 else -force)[axis], slope("shift"), atol=5e-9)
     np.testing.assert_allclose((torque_1 if end == 0 else torque_2)[axis], slope("turn"), atol=5e-9)
 

@@ -136,9 +136,12 @@ def test_a_sideways_shift_gives_shear_and_half_of_its_couple_to_each_body():
     shift = 1e-3
     on_a, on_b = loads(bond, a, b.moved(np.array([0, 0, shift, 0, 0, 0])))
     force = STIFFNESS[0][2] * shift
+    # The chord is longer by w^2/2, and this tension has no couple.
+    length = math.hypot(1.0, shift)
+    tension = STIFFNESS[0][0] * (length - 1.0) / length
     # d x f = (1, 0, w) x (0, 0, f): -f about y, half of it on each.
-    np.testing.assert_allclose(on_a, [0, 0, force, 0, -force / 2, 0], atol=1e-11)
-    np.testing.assert_allclose(on_b, [0, 0, -force, 0, -force / 2, 0], atol=1e-11)
+    np.testing.assert_allclose(on_a, [tension, 0, force + tension * shift, 0, -force / 2, 0], atol=1e-11)
+    np.testing.assert_allclose(on_b, [-tension, 0, -force - tension * shift, 0, -force / 2, 0], atol=1e-11)
 
 
 # --- chains against beam theory -----------------------------------------------------------------------------------
