@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beltsim.console import UsageProblem
 from beltsim.inp import Deck
 
 from .cells import Cells, inertia
@@ -107,6 +108,8 @@ def _add_groups(deck: Deck, making: Making) -> None:
 
 def _sides(columns: int, touching: int) -> list[str]:
     """Contact group of each column: the positive local y is on the left."""
+    if 2 * touching > columns:
+        raise UsageProblem(f"--touching-edges {touching}: the belt has {columns} columns only")
     return ["right" if j < touching else "left" if j >= columns - touching else "" for j in range(columns)]
 
 

@@ -169,6 +169,16 @@ def belt_of(grid: Grid, settings: Settings, warnings: list[str]) -> Belt:
     grid = oriented(grid, settings.pose, warnings)
     axes = frames(grid)
     flat = flattened(grid, axes, settings.stress_free, *settings.making.elongation)
+    _warn_of_strain(flat.strains, warnings)
     cells = cells_of(grid, flat, half_edges=settings.half_edges)
     zone, sheets, names = zones_of(grid.points.shape[:2], settings.sheet, settings.zones)
     return Belt(grid, axes, quaternions(axes), flat, cells, zone, sheets, names)
+
+
+def _warn_of_strain(strains: np.ndarray, warnings: list[str]) -> None:
+    """Belts are used below 2 %; beyond 5 % the shape is no bent flat belt, or the cells are not what they seem."""
+    if np.abs(strains).max() > 0.05:
+        warnings.append(
+            f"initial strain from {100 * strains.min():+.1f} % to {100 * strains.max():+.1f} %: the mesh is no flat "
+            "belt that was bent, or --stress-free row suits its cells better"
+        )

@@ -16,7 +16,7 @@ from .refusals import UnreadableMesh
 SUFFIXES = (".inp", ".msh", ".vtk", ".vtu", ".obj", ".ply")
 # Shells and membranes whose first four (three) nodes are the corners; meshio knows only some, in upper case, and
 # leaves the process on any other.
-QUAD_ELEMENTS = re.compile(r"^(S4|S4R|S4R5|S4RS|S4RSW|CPS4|CPS4R|CPE4|CPE4R|M3D4|M3D4R|SFM3D4|SFM3D4R|R3D4)$")
+QUAD_ELEMENTS = re.compile(r"^(S4|S4R|S4R5|S4RS|S4RSW|(CPS|CPE|CAX)4[A-Z]*|M3D4|M3D4R|SFM3D4|SFM3D4R|R3D4)$")
 QUAD8_ELEMENTS = re.compile(r"^(S8R|S8R5|CPS8|CPS8R|M3D8|M3D8R|SFM3D8|SFM3D8R)$")
 TRIANGLE_ELEMENTS = re.compile(r"^(S3|S3R|STRI3|CPS3|CPE3|M3D3|SFM3D3|R3D3)$")
 FLAT_CELLS = {"quad": 4, "quad8": 4, "quad9": 4, "triangle": 3, "triangle6": 3}

@@ -42,6 +42,10 @@ def recover(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid]:
 
 
 def _grids(mesh: Mesh, edges: Edges, wishes: Wishes, warnings: list[str]) -> list[Grid]:
+    label = components(len(mesh.facets), *edges.facets[edges.inner].T)
+    if label.max() >= MOST_PIECES:
+        found = f"{label.max() + 1} loose pieces: neighbouring facets have no common nodes"
+        raise NotABelt("loose", found, "export the mesh with more digits, or weld its nodes", mesh.points[0])
     parts = pieces(mesh, edges)
     _refuse_common_nodes(mesh, [part for part, _ in parts])
     return [solve(part, part_edges, wishes.cells, warnings) for part, part_edges in parts]

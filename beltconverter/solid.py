@@ -16,10 +16,11 @@ import numpy as np
 from .mesh import Mesh
 from .piece import Grid
 from .refusals import NotABelt
-from .section import Face, Missed, along_closed, cut, divided
+from .section import Face, Missed, along_closed, clustered, cut, divided
 from .topology import Edges, border_loops, cleaned, components, edges_of, pieces
 
 SHARP = math.cos(math.radians(45))
+HALF = np.array([0.5])
 ALIKE = 0.6  # smaller over larger area of the two sides of a belt
 
 
@@ -99,9 +100,11 @@ def _ring(side: Mesh) -> Face:
         raise NotABelt("solid", f"a side of the belt has {what}", remedy, part.points.mean(axis=0))
     border = np.full(len(edges.nodes), -1)
     border[edges.border] = np.isin(edges.nodes[edges.border, 0], loops[1])
-    return Face(
-        part.points, part.facets, edges.of_facet, edges.facets, border, [part.points[loop] for loop in loops]
-    )
+    rims = [part.points[loop] for loop in loops]
+    corners = part.points[part.facets]
+    area = np.linalg.norm(np.cross(*np.diff(corners, axis=1).swapaxes(0, 1)), axis=1).sum() / 2
+    clusters = clustered(corners, 2 * area / _girth(rims[0]))  # twice the width: a slanted cut is longer
+    return Face(part.points, part.facets, edges.of_facet, edges.facets, border, rims, clusters)
 
 
 def _matched(face: Face, guide: Face) -> Face:
@@ -124,7 +127,7 @@ def mid_surfaces(solids: list[Solid], cell: float, *, half_edges: bool) -> list[
 
 
 def _mid_surface(solid: Solid, cell: float, half_edges: bool) -> Grid:
-    centre = _centre_line(solid.one, cell)
+    centre = _centre_line(solid, cell)
     rows = max(round(_girth(centre) / cell), 3)
     stations, directions = along_closed(centre, rows)
     chains = [_cut(solid.one, *station) for station in zip(stations, directions)]
@@ -139,25 +142,34 @@ def _mid_surface(solid: Solid, cell: float, half_edges: bool) -> Grid:
     return Grid(points, "endless")
 
 
-def _centre_line(face: Face, cell: float) -> np.ndarray:
-    """Middles (n, 3) of cuts across the belt, about one a cell.
+def _centre_line(solid: Solid, cell: float) -> np.ndarray:
+    """Middles (n, 3) of cuts across both sides, about one a cell.
 
-    The first cut stands square to one edge. Where the belt twists, the edges run aslant of its centre line, one to
-    each side, so the second cut stands square to the mean of both edges' directions.
+    Where the belt twists, its edges run aslant of its centre line, one to each side: the first cuts stand square to
+    the mean direction of both edges. The middles of such cuts stray by some millimetres in a turnover, so the cuts
+    are made again, square to the line that they give over half a width to each side.
     """
     from scipy.spatial import cKDTree
 
-    starts, ways = along_closed(face.loops[0], max(round(_girth(face.loops[0]) / cell), 3))
-    opposite, opposite_ways = along_closed(face.loops[1], 4 * len(starts))
+    first, second = solid.one.loops
+    starts, ways = along_closed(first, max(round(_girth(first) / cell), 3))
+    opposite, opposite_ways = along_closed(second, 4 * len(starts))
     nearest = cKDTree(opposite)
-    middles = []
+    middles, widths = [], []
     for start, way in zip(starts, ways):
-        chain = _cut(face, start, way)
+        chain = _cut(solid.one, start, way)
         other = opposite_ways[nearest.query(chain[-1])[1]]
         mean = way + np.sign(other @ way) * other
-        chain = _cut(face, divided(chain, np.array([0.5]))[0], mean / np.linalg.norm(mean))
-        middles.append(divided(chain, np.array([0.5]))[0])
-    return np.array(middles)
+        middles.append(_middle(solid, divided(chain, HALF)[0], mean / np.linalg.norm(mean)))
+        widths.append(np.linalg.norm(np.diff(chain, axis=0), axis=1).sum())
+    reach = min(max(round(np.median(widths) / 2 / cell), 1), len(starts) // 8 + 1)
+    stations = along_closed(np.array(middles), len(starts), reach)
+    return np.array([_middle(solid, *station) for station in zip(*stations)])
+
+
+def _middle(solid: Solid, point: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    sides = [divided(_cut(side, point, direction), HALF)[0] for side in (solid.one, solid.other)]
+    return (sides[0] + sides[1]) / 2
 
 
 def _cut(face: Face, point: np.ndarray, direction: np.ndarray) -> np.ndarray:
