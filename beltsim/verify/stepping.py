@@ -132,9 +132,9 @@ def projection(state: State, shape: np.ndarray, axis: int, rest: np.ndarray) -> 
 
 
 def axial_forces(state: State) -> np.ndarray:
-    """Tension of all bonds [N]."""
+    """Tension of all bonds [N], in the order of the deck."""
     scene = state.scene
-    return bond_measures(scene.population.particles, scene.bonds, scene.kinds)[0][0]
+    return bond_measures(scene.population.particles, scene.bonds, scene.kinds)[0][0, scene.bonding.place]
 
 
 def energy_of(state: State) -> float:
