@@ -85,10 +85,12 @@ def _file_of(error: Exception) -> str:
 
 
 def refuse_existing(path: str | Path | None, *, overwrite: bool) -> None:
-    """Raise `UsageProblem` if `path` names an existing file that may not be replaced."""
-    if path is None or str(path) == "-" or overwrite:
+    """Raise `UsageProblem` if `path` lies in no folder or names an existing file that may not be replaced."""
+    if path is None or str(path) == "-":
         return
-    if Path(path).exists():
+    if not Path(path).parent.is_dir():
+        raise UsageProblem(f"{path}: the folder {Path(path).parent} does not exist")
+    if Path(path).exists() and not overwrite:
         raise UsageProblem(f"{path}: the file exists; --overwrite replaces it")
 
 
