@@ -175,7 +175,7 @@ def test_the_files_are_what_the_script_writes(name):
 def converted(tmp_path_factory):
     """Folder with the converted CAD files beside the case, and the deck read from it."""
     folder = tmp_path_factory.mktemp("conveyor")
-    belt = ["--unit", "mm", "--elongation", "100.2%", "--fibres", "rows"]
+    belt = ["--unit", "mm", "--elongation", "100.12%", "--fibres", "rows"]
     rolls_by_name = ["--diameter-limit", "300mm", "--name-by", "cad"]
     for command, source, target, options in (
         (beltconvert, "belt.stl", "belt.inp", belt),

@@ -6,8 +6,8 @@ here=$(cd "$(dirname "$0")" && pwd)
 folder=${1:-demo}
 mkdir -p "$folder"
 
-echo "1. The belt: mid-surface mesh to bonded particles, stretched by 0.2 %"
-beltconvert "$here/belt.stl" -o "$folder/belt.inp" --unit mm --elongation 100.2% --fibres rows --overwrite
+echo "1. The belt: mid-surface mesh to bonded particles, stretched by 0.12 %"
+beltconvert "$here/belt.stl" -o "$folder/belt.inp" --unit mm --elongation 100.12% --fibres rows --overwrite
 
 echo "2. The rolls: cylinders out of the CAD assembly, beams and plates left out"
 partconvert "$here/frame.sat" -o "$folder/parts.inp" --diameter-limit 300mm --name-by cad --overwrite
@@ -17,9 +17,14 @@ cp "$here/case.inp" "$folder/case.inp"
 beltsim run "$folder/case.inp" -o "$folder/case.h5" --overwrite
 
 echo "4. The pictures"
-beltsim view "$folder/case.h5" -o "$folder/conveyor.png" --azimuth 35 --elevation 30 --overwrite
-beltsim view "$folder/case.h5" -o "$folder/section.png" --section x=2.65 --azimuth 80 --elevation 15 --overwrite
-beltsim view "$folder/case.h5" -o "$folder/sag.png" --color-by height --hide bulk --overwrite
+beltsim view "$folder/case.h5" -o "$folder/conveyor.png" --azimuth 35 --elevation 28 --overwrite
+beltsim view "$folder/case.h5" -o "$folder/trough.png" --section x=2.65 --azimuth 12 --elevation 12 \
+    --zoom 2.2,-0.4,0.85,2.65,0.4,1.15 --overwrite
+beltsim view "$folder/case.h5" -o "$folder/sag.png" --color-by height --range 0.97,1.03 --hide bulk \
+    --azimuth -70 --elevation 40 --zoom 0.7,-0.45,0.8,5.4,0.45,1.1 --overwrite
 
-echo "Done. The whole conveyor: $folder/conveyor.png; cut between two idler sets: $folder/section.png;"
-echo "height of the belt without its load: $folder/sag.png; trajectory: $folder/case.h5"
+echo "Done, all in $folder:"
+echo "  conveyor.png  the whole conveyor, loaded and running"
+echo "  trough.png    cut half-way between two idler sets"
+echo "  sag.png       height of the belt, its load hidden: it sags between the idler sets"
+echo "  case.h5       the trajectory, for beltsim view, VTK and h5py"
