@@ -12,17 +12,25 @@ from typing import NamedTuple
 from .surfaces import Circle, Cone, Plane, Sphere, Torus, Vector, along, cross, dot, less, norm
 from .topology import Edge, Face
 
-# Two directions are parallel below this angle [rad]; two lengths are equal within this share of the radius.
+# Two directions are parallel below this angle [rad]; faces touch within this share of the radius.
 ANGLE = 1e-4
-SHARE = 1e-4
+SHARE = 1e-3
 
 
 class Line(NamedTuple):
-    """An axis: `origin` is its foot from (0, 0, 0), the largest component of `axis` is positive."""
+    """An axis: `origin` is its foot from (0, 0, 0), the largest component of `axis` is positive.
+
+    Within `tolerance` faces touch and axes are one; below `tiny` there is no extent at all.
+    """
 
     origin: Vector
     axis: Vector
     tolerance: float
+
+    @property
+    def tiny(self) -> float:
+        """A millionth of the radius."""
+        return self.tolerance * 1e-6 / SHARE
 
     def zr(self, point) -> tuple[float, float]:
         """Place of a point along the axis and its distance from it."""
@@ -93,7 +101,7 @@ def band_of(face: Face, line: Line) -> Band:
     """The band of a face that revolves round `line`."""
     surface = face.surface
     rings = sorted({line.zr(point) for edge, _ in face.edges for point in (edge.start, edge.end)})
-    if isinstance(surface, Cone) and surface.slope and rings and rings[-1][0] - rings[0][0] < line.tolerance:
+    if isinstance(surface, Cone) and surface.slope and rings and rings[-1][0] - rings[0][0] < line.tiny:
         tip = along(surface.centre, -surface.radius / surface.slope, surface.axis)
         rings = sorted([*rings, line.zr(tip)])
     extent = list(rings)
@@ -141,23 +149,45 @@ def _arc(surface) -> tuple[float, float]:
     return surface.major, abs(surface.minor)
 
 
-def _arc_extent(face: Face, line: Line) -> list[tuple[float, float]]:
-    """Points of a torus or sphere that lie farthest along the axis and from it.
+def ring_ways(face: Face, line: Line):
+    """For every round edge of a face its ring (z, r) and the way (z, r) on which the face goes on from there.
 
-    From every ring the face goes to the left of the loop, seen from outside, up to the next ring or the axis.
+    A face lies to the left of its loops, seen from outside.
     """
-    centre_z = line.zr(face.surface.centre)[0]
-    centre_r, radius = _arc(face.surface)
-    starts = []
     for edge, forward in face.edges:
         if is_round(edge, line):
             ring = line.zr(edge.start)
             turn = 1 if (dot(edge.curve.axis, line.axis) > 0) == (edge.is_forward == forward) else -1
             normal_z, normal_r = _normal(face, line, ring)
-            # Left of the direction `turn` round the axis: (z, r) = turn x (normal_r, -normal_z).
-            angle = atan2(ring[0] - centre_z, ring[1] - centre_r)
-            way = turn * (normal_r * cos(angle) + normal_z * sin(angle))
-            starts.append((angle, 1 if way > 0 else -1))
+            yield ring, (turn * normal_r, -turn * normal_z)
+
+
+def sides_told(bands: list[Band], line: Line) -> set[bool]:
+    """Whether edges and normals agree on where the faces lie: {True} in sound solids.
+
+    {False} is a system that runs loops the other way, both together are damage.
+    """
+    told = set()
+    for band in bands:
+        axis = 1 if isinstance(band.face.surface, Plane) else 0
+        if not band.rings or isinstance(band.face.surface, Torus | Sphere):
+            continue
+        ends = [ring[axis] for ring in band.rings]
+        # A disc without inner ring goes on to the axis.
+        disc = axis == 1 and max(ends) - min(ends) < line.tiny
+        middle = (max(ends) + (0.0 if disc else min(ends))) / 2
+        told |= {way[axis] * (middle - ring[axis]) > 0 for ring, way in ring_ways(band.face, line)}
+    return told
+
+
+def _arc_extent(face: Face, line: Line) -> list[tuple[float, float]]:
+    """Points of a torus or sphere that lie farthest along the axis and from it, between its rings or the axis."""
+    centre_z = line.zr(face.surface.centre)[0]
+    centre_r, radius = _arc(face.surface)
+    starts = []
+    for (z, r), (way_z, way_r) in ring_ways(face, line):
+        angle = atan2(z - centre_z, r - centre_r)
+        starts.append((angle, 1 if way_z * cos(angle) - way_r * sin(angle) > 0 else -1))
     stops = [angle for angle, _ in starts]
     if radius >= abs(centre_r):
         on_axis = acos(max(-1.0, min(1.0, -centre_r / radius)))

@@ -11,12 +11,12 @@ from collections import Counter
 from math import cos, pi, sin
 from typing import NamedTuple
 
-from .profiles import SHARE, Band, Line, angle_of, band_of, is_round, line_through, revolves
+from .profiles import SHARE, Band, Line, angle_of, band_of, is_round, line_through, revolves, sides_told
 from .surfaces import Circle, Cone, Ellipse, Freeform, Sphere, Torus, along, cross, less, norm, off_surface
 from .topology import Edge, Face, Model, Solid
 
-# A vertex may lie this share of the radius off its surface (tolerant models); more is damage.
-OFF_SURFACE = 1e-3
+# A vertex may lie this share of the radius off its surface (translated models: 0.01 mm); more is damage.
+OFF_SURFACE = 5e-4
 # Chamfers, fillets and crowns belong to the drum; a cone or fillet that takes more of the radius is an end cap.
 END_DROP = 0.25
 # A keyway leaves more than this share of the circumference; a D-shaped or half cylinder less.
@@ -154,18 +154,30 @@ def _without_cylinder(model: Model, solid: Solid, surfaces) -> LeftOut:
 def _broken(faces: list[Face], line: Line) -> LeftOut | None:
     """What does not fit together: open shells, vertices off their surfaces or circles."""
     tolerance = OFF_SURFACE / SHARE * line.tolerance
-    uses = Counter()
+    uses, ways = Counter(), Counter()
     for face in faces:
         if not face.edges and not isinstance(face.surface, Torus | Sphere):
             return LeftOut("damaged", "a face has no edges")
-        for edge, _ in face.edges:
+        for edge, forward in face.edges:
             uses[edge.record] += edge.curve is not None
+            ways[edge.record] += (1 if forward else -1) * (edge.curve is not None)
             for point in (edge.start, edge.end):
                 off = max(off_surface(face.surface, point), _off_curve(edge, point))
                 if off > tolerance:
                     return LeftOut("damaged", f"a vertex lies {off:.3g} off its face or edge")
     unsewn = sum(count == 1 for count in uses.values())
-    return LeftOut("open", f"{unsewn} edges bound one face only") if unsewn else None
+    if unsewn:
+        return LeftOut("open", f"{unsewn} edges bound one face only")
+    return LeftOut("damaged", "two faces run along an edge the same way") if any(ways.values()) else None
+
+
+def _crooked(bands: list[Band], line: Line) -> LeftOut | None:
+    """Bands that cannot be: cylinders of no length, normals that contradict the loops."""
+    if any(band.is_cylinder and band.high - band.low < line.tiny for band in bands):
+        return LeftOut("damaged", "a cylinder has no length")
+    if len(sides_told(bands, line)) > 1:
+        return LeftOut("damaged", "its faces disagree on the side of the material")
+    return None
 
 
 def _off_curve(edge: Edge, point) -> float:
@@ -178,6 +190,9 @@ def _off_curve(edge: Edge, point) -> float:
 
 def _turned(line: Line, bands: list[Band], section: str) -> Turned | LeftOut:
     """The drum of a solid whose faces all revolve round `line`."""
+    broken = _crooked(bands, line)
+    if broken:
+        return broken
     overall = Span(min(band.low for band in bands), max(band.high for band in bands))
     widest = max((band for band in bands if band.side > 0), key=lambda band: band.widest, default=None)
     if widest is None:
@@ -265,7 +280,7 @@ def _grow(bands, line, end, radius, way, most_drop) -> tuple[float, float, float
 def _leads_on(band: Band, line: Line, end, radius, way) -> bool:
     """Whether a band touches the ring (end, radius) and goes on from there."""
     touches = any(abs(z - end) < line.tolerance and abs(r - radius) < line.tolerance for z, r in band.rings)
-    return touches and max(way * z for z, _ in band.rings) > way * end + line.tolerance
+    return touches and max(way * z for z, _ in band.rings) > way * end + line.tiny
 
 
 def _bore(bands, line, overall: Span) -> float:
@@ -306,6 +321,9 @@ def _dominant(faces: list[Face], line: Line, section: str) -> Turned | LeftOut:
     cover = min(_cover(widest, line, end) for end in (widest.spans[0].low, widest.spans[-1].high))
     if cover < LEAST_COVER:
         return LeftOut("part of a cylinder", f"{round(100 * cover)} % of the circumference")
+    broken = _crooked(bands, line)
+    if broken:
+        return broken
     others = len(faces) - len(bands)
     whole = "" if cover > 1 - 1e-6 else f", {100 * cover:.3g} % of the circumference is left"
     notes = [f"{others} of {len(faces)} faces do not revolve (keyway, drilled holes){whole}"]

@@ -113,6 +113,20 @@ CROWN = [(0, -200), (98, -200), (100, -100), (100, 100), (98, 200), (0, 200)]
 BARREL_ENDS = [(0, -200), (99, -200, (-2401, 0)), (100, -100), (100, 100), (99, 200), (0, 200)]
 
 
+def test_the_smallest_chamfer_is_a_chamfer_and_no_tip_of_a_cone():
+    chamfer = [
+        (0, -200),
+        (199.99, -200),
+        (200, -199.99),
+        (200, 199.99),
+        (199.99, 200),
+        (30, 200),
+        (30, 250),
+        (0, 250),
+    ]
+    assert_is(only(revolve(chamfer)), 400, 400, overall=450)
+
+
 @pytest.mark.parametrize("pieces", [1, 3])
 @pytest.mark.parametrize(
     ("profile", "straight", "fillet"), [(FILLETS, 390, 5), (CHAMFERS, 390, 0), (CROWN, 200, 0)], ids=str
