@@ -12,6 +12,7 @@ from beltsim.console import CommandError, ExitCode
 
 from . import rollers as roll
 from .belts import Belt, belt_of, joined
+from .coaxial import coaxial_pairs, merge_coaxial
 from .driving import driven
 from .finding import Found, find_rollers
 from .parts import COLOURS, Material, deck_of, is_part
@@ -113,8 +114,8 @@ def _belts(paths: tuple[str, ...]) -> Belt:
 def _chosen(rollers: list[Roller], settings: Settings, warnings: list[str]) -> list[Roller]:
     """Merged, sized, compared, classed and filtered."""
     if settings.merge_coaxial:
-        rollers = roll.merge_coaxial(rollers)
-    elif pairs := roll.coaxial_pairs(rollers):
+        rollers = merge_coaxial(rollers)
+    elif pairs := coaxial_pairs(rollers):
         inner = len({i for pair in pairs for i in pair})
         warnings.append(
             f"{inner} cylinders share an axis with another one and overlap it, as a shaft and its tube: "

@@ -6,8 +6,9 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 from . import sat
+from .drums import LeftOut, Turned
 from .rollers import Roller, place
-from .solids import REASONS, LeftOut, Turned, recognise
+from .solids import REASONS, recognise
 from .topology import Model, Solid, read_model
 
 # Millimetres per unit of what CAD systems write.

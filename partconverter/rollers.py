@@ -7,15 +7,14 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from math import sqrt
 
-from .profiles import ANGLE
-from .solids import Span, Turned
-from .surfaces import Vector, along, cross, dot, less, norm
-from .topology import Transform
+from .drums import Span, Turned
+from .surfaces import Vector, along
+from .transforms import Transform
 
+# A fillet counts if the written length is that of the drum within this [m].
+FITS = 1e-5
 # Positions and sizes are rounded to this many digits of a metre: a picometre, far below any CAD tolerance.
 DIGITS = 12
-# Bodies whose axes lie closer than this [m] are coaxial.
-COAXIAL = 1e-4
 
 
 @dataclass(frozen=True)
@@ -74,74 +73,6 @@ def _tidy(value: float) -> float:
     return round(value, DIGITS) + 0.0
 
 
-def merge_coaxial(rollers: list[Roller]) -> list[Roller]:
-    """Bodies on one axis line that overlap become one roller: the widest, which lists the rest.
-
-    A tube on its shaft, or inner and outer tube, are several bodies of one idler.
-    """
-    partners: dict[int, set[int]] = {}
-    for i, j in coaxial_pairs(rollers):
-        partners.setdefault(i, set()).add(j)
-        partners.setdefault(j, set()).add(i)
-    merged: dict[int, Roller] = {}
-    for i in sorted(range(len(rollers)), key=lambda i: (-rollers[i].diameter, i)):
-        wider = min(partners.get(i, set()) & merged.keys(), default=None)
-        if wider is None:
-            merged[i] = rollers[i]
-        else:
-            merged[wider] = _joined(merged[wider], rollers[i])
-    return [merged[i] for i in sorted(merged)]
-
-
-def coaxial_pairs(rollers: list[Roller]) -> list[tuple[int, int]]:
-    """Pairs (i, j) of rollers on one axis line that overlap along it.
-
-    A sweep along the longest side of the assembly: overlapping bodies lie at most one length apart.
-    """
-    if len(rollers) < 2:
-        return []
-    centres = [along(r.origin, (r.overall.low + r.overall.high) / 2, r.axis) for r in rollers]
-    side = max(range(3), key=lambda k: max(c[k] for c in centres) - min(c[k] for c in centres))
-    order = sorted(range(len(rollers)), key=lambda i: centres[i][side])
-    reach = max(r.overall.length for r in rollers)
-    found = []
-    for place, i in enumerate(order):
-        for j in order[place + 1 :]:
-            if centres[j][side] - centres[i][side] > reach:
-                break
-            if are_coaxial(rollers[i], rollers[j]):
-                found.append((i, j))
-    return found
-
-
-def are_coaxial(a: Roller, b: Roller) -> bool:
-    """Whether two bodies lie on one axis line and overlap along it."""
-    if norm(cross(a.axis, b.axis)) > ANGLE:
-        return False
-    to = less(b.origin, a.origin)
-    along_axis = dot(to, a.axis)
-    if norm(less(to, along((0.0, 0.0, 0.0), along_axis, a.axis))) > COAXIAL:
-        return False
-    span = _seen_from(a, b)
-    return min(a.overall.high, span.high) - max(a.overall.low, span.low) > COAXIAL
-
-
-def _seen_from(a: Roller, b: Roller) -> Span:
-    """The whole length of `b` along the axis of `a`."""
-    shift, way = dot(less(b.origin, a.origin), a.axis), dot(b.axis, a.axis)
-    ends = sorted(shift + way * end for end in b.overall)
-    return Span(*ends)
-
-
-def _joined(wider: Roller, inner: Roller) -> Roller:
-    span = _seen_from(wider, inner)
-    overall = Span(min(wider.overall.low, span.low), max(wider.overall.high, span.high))
-    size = f"{1000 * inner.diameter:.6g} x {1000 * inner.overall.length:.6g} mm"
-    note = f"merged with a coaxial body {size}"
-    bore = 0.0 if inner.bore == 0 else min(wider.bore, inner.bore)
-    return replace(wider, overall=overall, bore=bore, notes=(*wider.notes, note))
-
-
 def sized(rollers: list[Roller], *, length: str = "drum", edge_radius: float | None = None) -> list[Roller]:
     """Rollers with the `length` that is written ("drum", "face" or "overall") and its middle.
 
@@ -151,7 +82,7 @@ def sized(rollers: list[Roller], *, length: str = "drum", edge_radius: float | N
     found = []
     for roller in rollers:
         span = getattr(roller, length)
-        fits = abs(span.length - roller.drum.length) < COAXIAL / 10
+        fits = abs(span.length - roller.drum.length) < FITS
         edge = edge_radius if edge_radius is not None else (roller.fillet if fits else 0.0)
         edge = min(edge, roller.diameter / 2, span.length / 2)
         middle = along(roller.origin, (span.low + span.high) / 2, roller.axis)

@@ -12,26 +12,8 @@ from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from beltsim.console import CommandError
-
 from .formats import foreign_format
-
-
-class SatError(CommandError):
-    """Every problem found in a SAT text, one `file:line: found, expected` per line (exit code 3)."""
-
-
-@dataclass(frozen=True)
-class Header:
-    """Save version (100 x major + 10 x minor), number of records (0: not told), product and millimetres per unit.
-
-    `unit_mm` is None where the text does not say (before version 2.0, or -1).
-    """
-
-    version: int
-    records: int
-    product: str = ""
-    unit_mm: float | None = None
+from .header import Header, SatError, read_header, readable
 
 
 @dataclass
@@ -80,7 +62,7 @@ class SatText:
         found = []
         while match := pattern.search(text, at, last):
             end = _string_end(text, match.end(), int(match[1]))
-            string = _readable(text[match.end() : end])
+            string = readable(text[match.end() : end])
             # Before 7.0 any number may look like a count: a string is followed by a blank and is no number.
             if pattern is _BARE_COUNTED and (not text[end : end + 1].isspace() or _PLAIN.fullmatch(string)):
                 at = match.end()
@@ -99,11 +81,6 @@ _COUNTED = re.compile(r"@(\d+) ")
 _BARE_COUNTED = re.compile(r"(?<=\s)(\d{1,6}) ")
 _PLAIN = re.compile(r"[-+.\deE\s]*")
 _TYPE = re.compile(r"\s*(?:-(\d+)\s+)?([A-Za-z_][\w.]*(?:-[\w.]+)*)(?=\s|$)")
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_FIRST_LINE = re.compile(r"\s*(\d+)[ \t]+(\d+)[ \t]+(\d+)[ \t]+(\d+)[ \t]*\r?\n")
-_SCALE_LINE = re.compile(rf"\s*({_NUMBER})[ \t]+({_NUMBER})[ \t]+({_NUMBER})[ \t]*\r?\n")
-_HEADER_STRING = re.compile(r"\s*@?(\d+) ")
-_KEY_LINE = re.compile(r"\s*[TF][ \t]+@(\d+) ")
 # Before 7.0 a `#` may stand in an uncounted-looking string: the one that ends a record is followed by
 # the end of the line or by what looks like the next record.
 _OLD_END = re.compile(r"(?<=\s)#(?=[ \t]*(?:\r?\n|$)|\s+(?:-\d+\s+)?[A-Za-z_][\w-]*\s+\$)")
@@ -115,7 +92,7 @@ def read(data: bytes, name: str = "<text>") -> SatText:
     Raises `SatError` for other formats, damaged records and texts that break off before their end mark.
     """
     text = _decoded(data, name)
-    header, start = _header(text, name)
+    header, start = read_header(text, name)
     sat = SatText(name, text, header)
     end = _split(sat, start)
     _check_end(sat, end)
@@ -135,60 +112,6 @@ def _decoded(data: bytes, name: str) -> str:
         )
     # One character a byte: strings are counted in bytes, whatever their encoding.
     return data.decode("latin-1")
-
-
-def _readable(text: str) -> str:
-    try:
-        return text.encode("latin-1").decode()
-    except UnicodeDecodeError:
-        return text
-
-
-def _header(text: str, name: str) -> tuple[Header, int]:
-    """The header, and where the records begin."""
-    first = _FIRST_LINE.match(text)
-    if not first:
-        line = text.lstrip().splitlines()[0][:40] if text.strip() else ""
-        raise SatError(
-            f"{name}:1: found {line!r}, expected the four numbers of a SAT header (version, records, entities, flags)"
-        )
-    version, records = int(first[1]), int(first[2])
-    if version < 200:
-        # Texts saved before 2.0 have one header line: no product, no units.
-        return Header(version, records), first.end()
-    product, scale = _product_and_scale(text, first.end(), name)
-    unit_mm = float(scale[1])
-    start = scale.end()
-    key = _KEY_LINE.match(text, start)
-    if key:
-        # From version 26.0 on a line `T @52 KEY` without a `#` stands before the first record.
-        start = key.end() + int(key[1])
-    return Header(version, records, product, unit_mm if unit_mm > 0 else None), start
-
-
-def _product_and_scale(text: str, start: int, name: str):
-    """The product line as text, and the match of the line `mm_per_unit resabs resnor` behind it."""
-    strings, at = [], start
-    while len(strings) < 3 and (match := _HEADER_STRING.match(text, at)):
-        # Some systems wrap the line between a count and its text; the break is not counted.
-        at = match.end()
-        while text[at : at + 1] in ("\r", "\n") and int(match[1]) > 0:
-            at += 1
-        strings.append(text[at : at + int(match[1])])
-        at += int(match[1])
-    scale = _SCALE_LINE.match(text, at) if len(strings) == 3 else None
-    if scale:
-        return ", ".join(map(_readable, strings[:2])), scale
-    # Counts in home-made files can be wrong: the first line that is exactly three numbers is the one.
-    at = start
-    for line in text[start : start + 4000].splitlines(keepends=True)[:8]:
-        scale = _SCALE_LINE.fullmatch(line)
-        if scale:
-            return _readable(text[start:at].strip()), _SCALE_LINE.match(text, at)
-        at += len(line)
-    raise SatError(
-        f"{name}:3: found no line of three numbers (millimetres per unit and two tolerances) in the header"
-    )
 
 
 def _split(sat: SatText, start: int) -> int:

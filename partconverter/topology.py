@@ -13,30 +13,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from .sat import SatError, SatText
-from .surfaces import BadGeometry, Vector, cross, curve_of, dot, numbers_of, surface_of
+from .surfaces import BadGeometry, Vector, curve_of, numbers_of, surface_of
+from .transforms import IDENTITY, Transform, transform_of
 
 MAX_PROBLEMS = 20
-
-
-class Transform(NamedTuple):
-    """p' = (p . rows) x scale + shift, p a row vector."""
-
-    rows: tuple[Vector, Vector, Vector]
-    scale: float
-    shift: Vector
-
-    def direction(self, v) -> Vector:
-        """A direction of the body in the assembly."""
-        return tuple(
-            v[0] * self.rows[0][i] + v[1] * self.rows[1][i] + v[2] * self.rows[2][i] for i in range(3)
-        )
-
-    def point(self, p) -> Vector:
-        """A point of the body in the assembly."""
-        return tuple(self.scale * d + s for d, s in zip(self.direction(p), self.shift))
-
-
-IDENTITY = Transform(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), 1.0, (0.0, 0.0, 0.0))
 
 
 class Edge(NamedTuple):
@@ -156,7 +136,7 @@ class Model:
         if solid.transform is None:
             return IDENTITY
         try:
-            return _transform_of(self.sat.words(solid.transform))
+            return transform_of(self.sat.words(solid.transform))
         except BadGeometry as error:
             raise SatError(self.sat.problem(solid.transform, str(error))) from None
 
@@ -170,27 +150,6 @@ def _point_of(_kind: str, words) -> Vector:
     if len(values) < 3:
         raise BadGeometry(f"found {len(values)} numbers in a point, expected 3")
     return tuple(values[-3:])
-
-
-def _transform_of(words) -> Transform:
-    """The last 16 fields: nine of the matrix, the shift, the scale and three flags."""
-    head = max(i for i, word in enumerate(words) if word[0] == "$")
-    values = numbers_of(words[: len(words) - 3])[-13:] if len(words) - head > 16 else []
-    if len(values) != 13:
-        raise BadGeometry("found a transform without its thirteen numbers")
-    if words[-1] not in ("no_shear", "0"):
-        raise BadGeometry(
-            "found a sheared body: its cylinders are no cylinders any more; remove the shear in the CAD"
-        )
-    rows = (tuple(values[:3]), tuple(values[3:6]), tuple(values[6:9]))
-    off = [dot(rows[i], rows[j]) - (i == j) for i in range(3) for j in range(3)]
-    if max(map(abs, off)) > 1e-6 or abs(abs(dot(cross(rows[0], rows[1]), rows[2])) - 1) > 1e-6:
-        raise BadGeometry(
-            "found a transform that is no rotation, expected rows of unit length at right angles"
-        )
-    if values[12] == 0:
-        raise BadGeometry("found a transform of scale 0")
-    return Transform(rows, values[12], tuple(values[9:12]))
 
 
 def _name(sat: SatText, owner: int) -> str:

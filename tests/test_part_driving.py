@@ -13,8 +13,8 @@ from beltsim import inp
 from partconverter import rollers as roll
 from partconverter.belts import BeltError, belt_of, joined
 from partconverter.driving import driven
+from partconverter.drums import Span
 from partconverter.rollers import Roller
-from partconverter.solids import Span
 
 RADIUS, DISTANCE, HALF, PITCH, COLUMNS = 0.2, 2.0, 0.005, 0.025, 8
 SPEED = 2.5

@@ -11,11 +11,12 @@ from sat_solids import cylinder, roller, write_sat
 
 from beltsim import inp
 from beltsim.view.scenery import rotation_matrices
+from partconverter import coaxial
 from partconverter import rollers as roll
+from partconverter.drums import Span
 from partconverter.finding import find_rollers
 from partconverter.parts import deck_of
 from partconverter.rollers import Roller
-from partconverter.solids import Span
 
 
 def one(
@@ -103,7 +104,7 @@ def from_text(*bodies):
 
 def test_tube_inner_tube_and_shaft_become_one_roller():
     bodies = (cylinder(20, 450), cylinder(100, 360, bore=90), cylinder(133, 380, bore=120))
-    merged = roll.merge_coaxial(from_text(*bodies))
+    merged = coaxial.merge_coaxial(from_text(*bodies))
     assert len(merged) == 1
     assert merged[0].diameter == 0.133
     assert merged[0].overall.length == pytest.approx(0.45)
@@ -116,7 +117,7 @@ def test_tube_inner_tube_and_shaft_become_one_roller():
 
 def test_two_tubes_on_one_shaft_stay_two_rollers():
     bodies = (cylinder(20, 900), cylinder(133, 380, (0, 0, -220)), cylinder(133, 380, (0, 0, 220)))
-    assert [r.diameter for r in roll.merge_coaxial(from_text(*bodies))] == [0.133, 0.133]
+    assert [r.diameter for r in coaxial.merge_coaxial(from_text(*bodies))] == [0.133, 0.133]
 
 
 @pytest.mark.parametrize(
@@ -125,7 +126,7 @@ def test_two_tubes_on_one_shaft_stay_two_rollers():
     ids=["beside", "behind", "tilted"],
 )
 def test_bodies_that_are_not_coaxial_stay(other):
-    assert len(roll.merge_coaxial(from_text(cylinder(133, 380), other))) == 2
+    assert len(coaxial.merge_coaxial(from_text(cylinder(133, 380), other))) == 2
 
 
 def test_the_sweep_finds_the_pairs_that_all_against_all_finds():
@@ -134,8 +135,8 @@ def test_the_sweep_finds_the_pairs_that_all_against_all_finds():
         one(centre=(0.1 * rng.integers(3), 0.2 * rng.integers(20), 0.0), overall=0.3 + 0.3 * rng.integers(3))
         for _ in range(120)
     ]
-    slow = {(i, j) for i in range(120) for j in range(i) if roll.are_coaxial(rollers[i], rollers[j])}
-    fast = {(max(pair), min(pair)) for pair in roll.coaxial_pairs(rollers)}
+    slow = {(i, j) for i in range(120) for j in range(i) if coaxial.are_coaxial(rollers[i], rollers[j])}
+    fast = {(max(pair), min(pair)) for pair in coaxial.coaxial_pairs(rollers)}
     assert fast == slow
     assert 0 < len(slow) < 120 * 119 / 2
 
