@@ -11,11 +11,22 @@ from .surfaces import Cone, Torus
 END_DROP = 0.25
 
 
+class Note(NamedTuple):
+    """What a person should know: a text with a place for each of some lengths in drawing units."""
+
+    text: str
+    lengths: tuple[float, ...] = ()
+
+    def in_mm(self, unit_mm: float) -> str:
+        """The text with its lengths in mm."""
+        return self.text.format(*(f"{length * unit_mm:.6g} mm" for length in self.lengths))
+
+
 class LeftOut(NamedTuple):
-    """A solid that is no roller: why in one of `REASONS`, and what was found."""
+    """A solid that is no roller: why in one of `solids.REASONS`, and what was found."""
 
     reason: str
-    detail: str = ""
+    detail: Note = Note("")
 
 
 class Span(NamedTuple):
@@ -45,7 +56,7 @@ class Turned(NamedTuple):
     bore: float
     fillet: float
     conical: bool
-    notes: list[str]
+    notes: list[Note]
 
 
 class Section(NamedTuple):
@@ -69,11 +80,11 @@ def turned(line: Line, bands: list[Band], section: str) -> Turned | LeftOut:
     overall = Span(min(band.low for band in bands), max(band.high for band in bands))
     widest = max((band for band in bands if band.side > 0), key=lambda band: band.widest, default=None)
     if widest is None:
-        return LeftOut("damaged", "no face has its material within")
+        return LeftOut("damaged", Note("no face has its material within"))
     sections = sections_of(bands, line)
     if not sections or (section == "largest" and widest.widest > sections[0].radius + line.tolerance):
         return _conical(line, bands, widest, overall)
-    notes: list[str] = []
+    notes: list[Note] = []
     chosen = choose(sections, section, notes)
     return drum_of(line, bands, chosen, overall, notes)
 
@@ -99,21 +110,20 @@ def sections_of(bands: list[Band], line: Line) -> list[Section]:
     return sections
 
 
-def choose(sections: list[Section], section: str, notes: list[str]) -> Section:
+def choose(sections: list[Section], section: str, notes: list[Note]) -> Section:
     """The "largest" or the "longest" of the sections; what a person should know of the choice goes to `notes`."""
     longest = max(sections, key=lambda s: s.length)
     chosen = longest if section == "longest" else sections[0]
     if chosen is not longest and chosen.length < longest.length / 2:
-        notes.append(
-            f"the largest cylinder (diameter {2 * chosen.radius:.6g}, {chosen.length:.6g} long) is shorter than that "
-            f"of diameter {2 * longest.radius:.6g} ({longest.length:.6g} long): --section longest takes the other"
+        text = (
+            "the largest cylinder (diameter {}, {} long) is shorter than that of diameter {} ({} long): "
+            "--section longest takes the other"
         )
+        notes.append(Note(text, (2 * chosen.radius, chosen.length, 2 * longest.radius, longest.length)))
     if len(chosen.spans) > 1:
-        whole = chosen.spans[-1].high - chosen.spans[0].low
-        share = round(100 * chosen.length / whole)
-        notes.append(
-            f"{len(chosen.spans)} cylinders of the same diameter in a row, taken as one ({share} % of it)"
-        )
+        share = round(100 * chosen.length / (chosen.spans[-1].high - chosen.spans[0].low))
+        text = f"{len(chosen.spans)} cylinders of the same diameter in a row, taken as one ({share} % of it)"
+        notes.append(Note(text))
     return chosen
 
 
@@ -124,7 +134,7 @@ def drum_of(line, bands, chosen: Section, overall: Span, notes) -> Turned:
     high, high_fillet, high_radius = _grow(bands, line, face.high, chosen.radius, 1, END_DROP * chosen.radius)
     crown = chosen.radius - min(low_radius, high_radius)
     if crown > line.tolerance:
-        notes.append(f"crowned: diameter {2 * (chosen.radius - crown):.6g} at its ends")
+        notes.append(Note("crowned: diameter {} at its ends", (2 * (chosen.radius - crown),)))
     fillet = min(low_fillet, high_fillet)
     return Turned(
         line, chosen.radius, face, Span(low, high), overall, _bore(bands, line, overall), fillet, False, notes
@@ -178,14 +188,14 @@ def _conical(line, bands, widest: Band, overall: Span) -> Turned:
         low = min(low, _grow(bands, line, *first, -1, float("inf"))[0])
         high = max(high, _grow(bands, line, *last, 1, float("inf"))[0])
     drum = Span(low, high)
-    notes = ["conical or barrel-shaped: no straight part, its largest diameter is taken"]
+    notes = [Note("conical or barrel-shaped: no straight part, its largest diameter is taken")]
     return Turned(line, widest.widest, drum, drum, overall, _bore(bands, line, overall), 0.0, True, notes)
 
 
 def crooked(bands: list[Band], line: Line) -> LeftOut | None:
     """Bands that cannot be: cylinders of no length, normals that contradict the loops."""
     if any(band.is_cylinder and band.high - band.low < line.tiny for band in bands):
-        return LeftOut("damaged", "a cylinder has no length")
+        return LeftOut("damaged", Note("a cylinder has no length"))
     if len(sides_told(bands, line)) > 1:
-        return LeftOut("damaged", "its faces disagree on the side of the material")
+        return LeftOut("damaged", Note("its faces disagree on the side of the material"))
     return None

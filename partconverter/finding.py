@@ -72,7 +72,8 @@ def _unit(text: sat.SatText, given: float | None, warnings: list[str]) -> float:
 def _sort_in(found: Found, model: Model, solid: Solid, what: Turned | LeftOut, cones: bool) -> None:
     line, cad_name = model.sat.line(solid.lump), model.name(solid)
     if isinstance(what, LeftOut):
-        found.left_out.append((line, cad_name, what.reason, what.detail))
+        scale = abs(model.transform(solid).scale) if what.detail.lengths else 1.0
+        found.left_out.append((line, cad_name, what.reason, what.detail.in_mm(scale * found.unit_mm)))
         return
     roller = place(what, model.transform(solid), found.unit_mm, cad_name=cad_name, line=line)
     if what.conical and not cones:

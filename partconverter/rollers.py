@@ -66,7 +66,8 @@ def place(turned: Turned, transform: Transform, unit_mm: float, *, cad_name="", 
         axis, spans = tuple(-v for v in axis), [Span(-span.high, -span.low) for span in spans]
     radii = [2 * turned.radius * factor, 2 * turned.bore * factor, turned.fillet * factor]
     diameter, bore, fillet = map(_tidy, radii)
-    return Roller(origin, axis, diameter, *spans, bore, fillet, cad_name, line, tuple(turned.notes))
+    notes = tuple(note.in_mm(1000 * factor) for note in turned.notes)
+    return Roller(origin, axis, diameter, *spans, bore, fillet, cad_name, line, notes)
 
 
 def _tidy(value: float) -> float:

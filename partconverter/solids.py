@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from math import cos, pi, sin
 
-from .drums import LeftOut, Section, Span, Turned, choose, crooked, drum_of, sections_of, turned
+from .drums import LeftOut, Note, Section, Span, Turned, choose, crooked, drum_of, sections_of, turned
 from .profiles import SHARE, Line, angle_of, band_of, is_round, line_through, revolves
 from .surfaces import Circle, Cone, Ellipse, Freeform, Sphere, Torus, along, cross, less, norm, off_surface
 from .topology import Edge, Face, Model, Solid
@@ -60,7 +60,7 @@ def recognise(model: Model, solid: Solid, *, section: str = "largest") -> Turned
         return found
     freeform = sum(isinstance(surface, Freeform) for surface in surfaces.values())
     if freeform:
-        return LeftOut("freeform", f"{freeform} of {len(faces)} faces")
+        return LeftOut("freeform", Note(f"{freeform} of {len(faces)} faces"))
     return reasons[0]
 
 
@@ -88,15 +88,16 @@ def _without_cylinder(model: Model, solid: Solid, surfaces) -> LeftOut:
     if inner:
         line = line_through(inner[0].centre, inner[0].axis, inner[0].radius)
         if all(revolves(surface, line) for surface in surfaces.values()):
-            return LeftOut("damaged", "its faces are turned inside out")
+            return LeftOut("damaged", Note("its faces are turned inside out"))
     if not freeform:
         return LeftOut("no cylinder")
     detail = f"{len(freeform)} of {len(solid.faces)} faces"
     for face in freeform:
         radii = [edge.curve.radius for edge, _ in model.face(face).edges if isinstance(edge.curve, Circle)]
         if len(radii) > 1 and max(radii) - min(radii) < SHARE * radii[0]:
-            return LeftOut("freeform", f"{detail}, it looks like a cylinder of diameter {2 * radii[0]:.6g}")
-    return LeftOut("freeform", detail)
+            text = f"{detail}, it looks like a cylinder of diameter {{}}"
+            return LeftOut("freeform", Note(text, (2 * radii[0],)))
+    return LeftOut("freeform", Note(detail))
 
 
 def _broken(faces: list[Face], line: Line) -> LeftOut | None:
@@ -105,18 +106,20 @@ def _broken(faces: list[Face], line: Line) -> LeftOut | None:
     uses, ways = Counter(), Counter()
     for face in faces:
         if not face.edges and not isinstance(face.surface, Torus | Sphere):
-            return LeftOut("damaged", "a face has no edges")
+            return LeftOut("damaged", Note("a face has no edges"))
         for edge, forward in face.edges:
             uses[edge.record] += edge.curve is not None
             ways[edge.record] += (1 if forward else -1) * (edge.curve is not None)
             for point in (edge.start, edge.end):
                 off = max(off_surface(face.surface, point), _off_curve(edge, point))
                 if off > tolerance:
-                    return LeftOut("damaged", f"a vertex lies {off:.3g} off its face or edge")
+                    return LeftOut("damaged", Note("a vertex lies {} off its face or edge", (off,)))
     unsewn = sum(count == 1 for count in uses.values())
     if unsewn:
-        return LeftOut("open", f"{unsewn} edges bound one face only")
-    return LeftOut("damaged", "two faces run along an edge the same way") if any(ways.values()) else None
+        return LeftOut("open", Note(f"{unsewn} edges bound one face only"))
+    return (
+        LeftOut("damaged", Note("two faces run along an edge the same way")) if any(ways.values()) else None
+    )
 
 
 def _off_curve(edge: Edge, point) -> float:
@@ -132,21 +135,21 @@ def _dominant(faces: list[Face], line: Line, section: str) -> Turned | LeftOut:
     bands = [band_of(face, line) for face in faces if revolves(face.surface, line)]
     sections = sections_of(bands, line)
     if not sections:
-        return LeftOut("no cylinder", "cones or tori only")
+        return LeftOut("no cylinder", Note("cones or tori only"))
     widest = sections[0]
     points = [line.zr(point) for face in faces for edge, _ in face.edges for point in _points(edge)]
     out = max(r for _, r in points) - widest.radius
     if out > line.tolerance:
-        return LeftOut("not a body of revolution", f"something stands {out:.6g} out of its cylinder")
+        return LeftOut("not a body of revolution", Note("something stands {} out of its cylinder", (out,)))
     cover = min(_cover(widest, line, end) for end in (widest.spans[0].low, widest.spans[-1].high))
     if cover < LEAST_COVER:
-        return LeftOut("part of a cylinder", f"{round(100 * cover)} % of the circumference")
+        return LeftOut("part of a cylinder", Note(f"{round(100 * cover)} % of the circumference"))
     broken = crooked(bands, line)
     if broken:
         return broken
     others = len(faces) - len(bands)
     whole = "" if cover > 1 - 1e-6 else f", {100 * cover:.3g} % of the circumference is left"
-    notes = [f"{others} of {len(faces)} faces do not revolve (keyway, drilled holes){whole}"]
+    notes = [Note(f"{others} of {len(faces)} faces do not revolve (keyway, drilled holes){whole}")]
     overall = Span(min(z for z, _ in points), max(z for z, _ in points))
     return drum_of(line, bands, choose(sections, section, notes), overall, notes)
 

@@ -139,8 +139,9 @@ def test_fillets_chamfers_and_crowns_belong_to_the_drum(profile, straight, fille
 
 
 def test_a_crown_is_reported_with_its_end_diameter():
-    assert only(revolve(CROWN)).notes == ("crowned: diameter 196 at its ends",)
+    assert only(revolve(CROWN)).notes == ("crowned: diameter 196 mm at its ends",)
     assert only(revolve(CHAMFERS)).notes == ()
+    assert only(revolve(CROWN), unit_mm=25.4).notes == ("crowned: diameter 4978.4 mm at its ends",)
 
 
 def test_a_fillet_at_one_end_only_is_no_edge_radius():
