@@ -12,7 +12,7 @@ from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE
 from beltsim.solver.contact import LINE_STIFFNESS
 from beltsim.solver.motion import Slides, Spins
-from beltsim.solver.state import Parts
+from beltsim.solver.state import Laws, LinearLaws, Parts
 from beltsim.solver.timestep import (
     IMPACT_STEPS,
     bond_row_sums,
@@ -64,16 +64,21 @@ def drop_of(scene: Scene, parts: Parts) -> float:
 def impact_limits(scene: Scene, speed: float) -> list[Limit]:
     """A twentieth of the impact of each kind of sphere with the hardest material that it may touch."""
     limits = []
-    modulus = scene.laws.normal_modulus
     for body in scene.population.bodies:
         if body.shape == SPHERE and speed > 0.0:
-            hardest = float(modulus[scene.materials.row[body.material]].max())
+            hardest = float(scene.laws[0][scene.materials.row[body.material]].max())
             if hardest > 0.0:
                 # The least reduced mass and radius that a partner of its own kind gives.
-                radius, mass = 0.5 * body.edge_radius, 0.5 * body.mass
-                duration = impact_duration(radius, hardest, mass, speed)
+                duration = duration_of(scene.laws, hardest, 0.5 * body.edge_radius, 0.5 * body.mass, speed)
                 limits.append(Limit(duration / IMPACT_STEPS, f"impact of {body.name} at {speed:.3g} m/s"))
     return limits
+
+
+def duration_of(laws: Laws | LinearLaws, hardest: float, radius: float, mass: float, speed: float) -> float:
+    """Duration [s] of an impact: Hertz for the modulus `hardest` [Pa], or half a period of that spring [N/m]."""
+    if isinstance(laws, LinearLaws):
+        return math.pi * math.sqrt(mass / hardest)
+    return impact_duration(radius, hardest, mass, speed)
 
 
 def line_contact_rows(scene: Scene) -> np.ndarray:
@@ -82,18 +87,17 @@ def line_contact_rows(scene: Scene) -> np.ndarray:
     share = np.zeros(population.count)
     if not parts.radius.size:
         return share
-    of_parts = scene.laws.normal_modulus[:, parts.material].max(axis=1)
+    of_parts = scene.laws[0][:, parts.material].max(axis=1)
     for n, body in enumerate(population.bodies):
         if body.shape == BOX:
             slots = population.species == n
-            length = 2.0 * population.half_extent[slots].max(axis=1)
-            stiffness = LINE_STIFFNESS * of_parts[scene.materials.row[body.material]] * length
-            lever = (
-                population.particles.mass[slots]
-                * population.half_extent[slots].max(axis=1) ** 2
-                / population.particles.inertia[:, slots].min(axis=0)
-            )
-            share[slots] = stiffness * (2.0 + lever) / population.particles.mass[slots]
+            longest = population.half_extent[slots].max(axis=1)
+            stiffness = of_parts[scene.materials.row[body.material]] * np.ones_like(longest)
+            if isinstance(scene.laws, Laws):
+                stiffness *= LINE_STIFFNESS * 2.0 * longest
+            mass = population.particles.mass[slots]
+            lever = mass * longest**2 / population.particles.inertia[:, slots].min(axis=0)
+            share[slots] = stiffness * (2.0 + lever) / mass
     return share
 
 
@@ -191,9 +195,10 @@ def present_limit(state) -> Limit:
 
 
 def stiffness_ratio(scene: Scene) -> float:
-    """Smallest ratio of tangential to normal contact stiffness, 4 G* / E*."""
-    laws = scene.laws
-    touching = laws.normal_modulus > 0.0
+    """Smallest ratio of tangential to normal contact stiffness: 4 G* / E*, or k_t / k_n."""
+    normal, tangential = scene.laws[0], scene.laws[1]
+    touching = normal > 0.0
     if not np.any(touching):
         return 1.0
-    return float(np.min(4.0 * laws.shear_modulus[touching] / laws.normal_modulus[touching]))
+    factor = 4.0 if isinstance(scene.laws, Laws) else 1.0
+    return float(np.min(factor * tangential[touching] / normal[touching]))

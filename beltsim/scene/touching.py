@@ -8,7 +8,7 @@ from beltsim import inp
 from beltsim.inp import Deck
 from beltsim.scene.bodies import BOX, CYLINDER, SPHERE, Population, unique
 from beltsim.solver.contact import damping_of_restitution
-from beltsim.solver.state import Laws, Shapes
+from beltsim.solver.state import Laws, LinearLaws, Shapes
 
 NO_GROUP = 0
 
@@ -22,24 +22,35 @@ class Materials:
         self.laws = laws_of(deck, self.blocks)
 
 
-def laws_of(deck: Deck, materials: list) -> Laws:
-    """Laws of all pairs of materials; pairs without a contact property never touch and stay zero.
-
-    1/E* = (1 - n1^2)/E1 + (1 - n2^2)/E2,  1/G* = (2 - n1)/G1 + (2 - n2)/G2  (Hertz; Mindlin 1949).
-    """
+def laws_of(deck: Deck, materials: list) -> Laws | LinearLaws:
+    """Laws of all pairs of materials; pairs without a contact property never touch and stay zero."""
+    linear = any(block["TYPE"] == "LINEAR" for block in deck.blocks("CONTACT MODEL"))
+    kind, springs = (LinearLaws, linear_springs) if linear else (Laws, hertz_springs)
     n = max(1, len(materials))
-    laws = Laws(*(np.zeros((n, n)) for _ in Laws._fields))
+    laws = kind(*(np.zeros((n, n)) for _ in kind._fields))
     for a, first in enumerate(materials):
         for b, second in enumerate(materials):
             found = inp.contact_property(deck, first["NAME"], second["NAME"])
             if found is None:
                 continue
-            laws.normal_modulus[a, b] = 1.0 / (compliance(first) + compliance(second))
-            laws.shear_modulus[a, b] = 1.0 / (shear_compliance(first) + shear_compliance(second))
+            laws[0][a, b], laws[1][a, b] = springs(found, first, second)
             laws.damping[a, b] = damping_of_restitution(found["RESTITUTION"])
             laws.friction[a, b] = found["FRICTION"]
             laws.rolling_friction[a, b] = found["ROLLING FRICTION"]
     return laws
+
+
+def hertz_springs(found, first, second) -> tuple[float, float]:  # noqa: ARG001 - one signature for all laws
+    """E* and G* [Pa]: 1/E* = (1 - n1^2)/E1 + (1 - n2^2)/E2, 1/G* = (2 - n1)/G1 + (2 - n2)/G2 (Hertz; Mindlin 1949)."""
+    return (
+        1.0 / (compliance(first) + compliance(second)),
+        1.0 / (shear_compliance(first) + shear_compliance(second)),
+    )
+
+
+def linear_springs(found, first, second) -> tuple[float, float]:  # noqa: ARG001
+    """Normal and tangential stiffness [N/m] of a contact property."""
+    return found["NORMAL STIFFNESS"], found["TANGENTIAL STIFFNESS"]
 
 
 def compliance(material) -> float:

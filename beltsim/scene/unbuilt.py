@@ -34,9 +34,6 @@ def refuse_unbuilt(deck: Deck) -> None:
         for keyword, expected in NOT_BUILT.items()
         for block in deck.blocks(keyword)
     ]
-    for block in deck.blocks("CONTACT MODEL"):
-        if block["TYPE"] != "HERTZ MINDLIN":
-            problems.append(problem(block, f"TYPE={block['TYPE']}, which is not built yet", "HERTZ MINDLIN"))
     for block in deck.blocks("PART"):
         if block["SHAPE"] == "MESH":
             problems.append(problem(block, "SHAPE=MESH, which is not built yet", "CYLINDER or PLANE"))

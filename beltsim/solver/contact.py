@@ -12,13 +12,19 @@ out as 0.55).
 
 Line contact of a flat face on a cylinder: F_n = pi/4 E* l d per length l, linear in the overlap and independent of the
 radius; the same damping with the linear g = b, and the same ratio S_t / S_n = 4 G* / E*.
+
+Linear spring-dashpot: F_n = k_n d + 2 b sqrt(m* k_n) d', the same history and friction with k_t. A whole line contact
+has the stiffness k_n, a part of it its share.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from beltsim.solver.jit import inner
+from numba.extending import overload
+
+from beltsim.solver.jit import INLINE, inner
 from beltsim.solver.vectors import across, add, norm, plus, scaled, sub
 
 LINE_STIFFNESS = math.pi / 4.0
@@ -31,11 +37,99 @@ def damping_of_restitution(restitution: float) -> float:
     return -log / math.sqrt(math.pi**2 + log**2)
 
 
+class HertzPair(NamedTuple):
+    """Hertz-Mindlin parameters of two materials."""
+
+    normal_modulus: float  # E*, Pa
+    shear_modulus: float  # G*, Pa
+    damping: float  # ratio b of the linear spring
+    friction: float
+    rolling_friction: float
+
+
+class LinearPair(NamedTuple):
+    """Spring-dashpot parameters of two materials, the same at any overlap and radius."""
+
+    normal_stiffness: float  # N/m
+    tangential_stiffness: float  # N/m
+    damping: float
+    friction: float
+    rolling_friction: float
+
+
 @inner
 def hertz(overlap, radius, modulus):
     """Elastic force [N] and stiffness [N/m] of two spheres of reduced radius [m] and modulus E* [Pa]."""
     stiffness = 2.0 * modulus * math.sqrt(radius * overlap)
     return 2.0 / 3.0 * stiffness * overlap, stiffness
+
+
+@inner
+def hertz_point(pair, overlap, radius):
+    """Elastic force, normal and tangential stiffness and damping ratio of two rounded surfaces, Hertz-Mindlin."""
+    elastic, stiffness = hertz(overlap, radius, pair.normal_modulus)
+    return (
+        elastic,
+        stiffness,
+        stiffness * 4.0 * pair.shear_modulus / pair.normal_modulus,
+        HERTZ_DAMPING * pair.damping,
+    )
+
+
+@inner
+def linear_point(pair, overlap, radius):  # noqa: ARG001 - one signature for all laws
+    """The same of a linear spring-dashpot."""
+    return pair.normal_stiffness * overlap, pair.normal_stiffness, pair.tangential_stiffness, pair.damping
+
+
+@inner
+def hertz_line(pair, area, length, whole):  # noqa: ARG001
+    """Elastic force, normal and tangential stiffness and damping ratio of a flat face along a cylinder.
+
+    `area` is the integral of the overlap along the `length` that touches, of a line `whole` long.
+    """
+    per_length = LINE_STIFFNESS * pair.normal_modulus
+    stiffness = per_length * length
+    return (
+        per_length * area,
+        stiffness,
+        stiffness * 4.0 * pair.shear_modulus / pair.normal_modulus,
+        pair.damping,
+    )
+
+
+@inner
+def linear_line(pair, area, length, whole):
+    """The same of a linear spring-dashpot: the stiffness is that of the whole line."""
+    share = length / whole
+    elastic = pair.normal_stiffness * area / whole
+    return elastic, share * pair.normal_stiffness, share * pair.tangential_stiffness, pair.damping
+
+
+def point_law(pair, overlap, radius):
+    """Springs of a point contact by the law of `pair`; compiled code has the one law of its scene only."""
+    law = linear_point if isinstance(pair, LinearPair) else hertz_point
+    return law(pair, overlap, radius)
+
+
+def line_law(pair, area, length, whole):
+    """Springs of a line contact, likewise."""
+    law = linear_line if isinstance(pair, LinearPair) else hertz_line
+    return law(pair, area, length, whole)
+
+
+@overload(point_law, jit_options=INLINE)
+def _point_law(pair, overlap, radius):  # noqa: ARG001 - types, not values
+    if pair.instance_class is LinearPair:
+        return lambda pair, overlap, radius: linear_point(pair, overlap, radius)
+    return lambda pair, overlap, radius: hertz_point(pair, overlap, radius)
+
+
+@overload(line_law, jit_options=INLINE)
+def _line_law(pair, area, length, whole):  # noqa: ARG001
+    if pair.instance_class is LinearPair:
+        return lambda pair, area, length, whole: linear_line(pair, area, length, whole)
+    return lambda pair, area, length, whole: hertz_line(pair, area, length, whole)
 
 
 @inner

@@ -8,17 +8,28 @@ from __future__ import annotations
 
 import math
 
+from numba.extending import overload
+
 from beltsim.solver.contact import (
-    HERTZ_DAMPING,
-    LINE_STIFFNESS,
+    HertzPair,
+    LinearPair,
     damped_normal,
     friction_force,
-    hertz,
+    line_law,
+    point_law,
     rolling_moment,
 )
-from beltsim.solver.jit import inner, kernel
-from beltsim.solver.shapes import box_cylinder, sphere_box, sphere_cylinder, sphere_plane, sphere_sphere
-from beltsim.solver.vectors import add, at, at4, axis_z, cross, dot, put, scaled, sub
+from beltsim.solver.jit import INLINE, inner, kernel
+from beltsim.solver.shapes import (
+    box_cylinder,
+    sorted_box_axes,
+    sphere_box,
+    sphere_cylinder,
+    sphere_plane,
+    sphere_sphere,
+)
+from beltsim.solver.state import LinearLaws
+from beltsim.solver.vectors import add, at, at4, axis_z, cross, dot, norm, put, scaled, sub
 
 NONE = (0.0, 0.0, 0.0)
 
@@ -33,15 +44,39 @@ def put_loads(loads, k, force, torque_first, torque_second):
 
 
 @inner
-def law_of(laws, a, b):
-    """Parameters of the pair of materials a and b."""
-    return (
+def hertz_pair(laws, a, b):
+    """Hertz-Mindlin parameters of the materials a and b."""
+    return HertzPair(
         laws.normal_modulus[a, b],
         laws.shear_modulus[a, b],
         laws.damping[a, b],
         laws.friction[a, b],
         laws.rolling_friction[a, b],
     )
+
+
+@inner
+def linear_pair(laws, a, b):
+    """Spring-dashpot parameters of the materials a and b."""
+    return LinearPair(
+        laws.normal_stiffness[a, b],
+        laws.tangential_stiffness[a, b],
+        laws.damping[a, b],
+        laws.friction[a, b],
+        laws.rolling_friction[a, b],
+    )
+
+
+def law_of(laws, a, b):
+    """Parameters of the materials a and b, by the law of the scene."""
+    return linear_pair(laws, a, b) if isinstance(laws, LinearLaws) else hertz_pair(laws, a, b)
+
+
+@overload(law_of, jit_options=INLINE)
+def _law_of(laws, a, b):  # noqa: ARG001 - types, not values
+    if laws.instance_class is LinearLaws:
+        return lambda laws, a, b: linear_pair(laws, a, b)
+    return lambda laws, a, b: hertz_pair(laws, a, b)
 
 
 @inner
@@ -54,16 +89,14 @@ def forget(contacts, k):
 
 
 @inner
-def hertz_mindlin(contacts, k, overlap, normal, radius, mass, law, relative, spins, arms, time_step):
+def point_contact(contacts, k, overlap, normal, radius, mass, law, relative, spins, arms, time_step):
     """Loads and history of a touching pair k of rounded surfaces.
 
     `relative` is the surface velocity of the first against the second, `spins` and `arms` those of both bodies, from
     their centres to the contact point.
     """
-    modulus, shear_modulus, damping, friction, rolling_friction = law
-    elastic, stiffness = hertz(overlap, radius, modulus)
-    shear_stiffness = stiffness * 4.0 * shear_modulus / modulus
-    damping *= HERTZ_DAMPING
+    elastic, stiffness, shear_stiffness, damping = point_law(law, overlap, radius)
+    friction, rolling_friction = law.friction, law.rolling_friction
     normal_force = damped_normal(elastic, stiffness, damping, mass, -dot(relative, normal))
     bound = friction * max(normal_force, 0.0)
     force = scaled(normal, normal_force)
@@ -124,7 +157,7 @@ def sphere_sphere_pass(particles, shapes, laws, contacts, time_step):
         arm_j = scaled(normal, radius[j] - 0.5 * overlap)
         spin_i, spin_j = at(spin, i), at(spin, j)
         relative = sub(surface(at(velocity, i), spin_i, arm_i), surface(at(velocity, j), spin_j, arm_j))
-        hertz_mindlin(
+        point_contact(
             contacts,
             k,
             overlap,
@@ -210,7 +243,7 @@ def sphere_on_box(particles, shapes, laws, contacts, k, i, j, time_step):
     spin_i, spin_j = at(particles.angular_velocity, i), at(particles.angular_velocity, j)
     velocity_i = surface(at(particles.velocity, i), spin_i, arm_i)
     velocity_j = surface(at(particles.velocity, j), spin_j, arm_j)
-    hertz_mindlin(
+    point_contact(
         contacts,
         k,
         overlap,
@@ -256,7 +289,7 @@ def sphere_part_pass(particles, shapes, laws, contacts, parts, time_step):
         arm_p = sub(add(centre, arm_i), middle)
         spin_i, spin_p = at(spin, i), at(parts.angular_velocity, p)
         relative = sub(surface(at(velocity, i), spin_i, arm_i), surface(at(parts.velocity, p), spin_p, arm_p))
-        hertz_mindlin(
+        point_contact(
             contacts,
             k,
             overlap,
@@ -300,12 +333,11 @@ def box_cylinder_pass(particles, shapes, laws, contacts, parts, time_step):
             surface(at(velocity, i), at(spin, i), arm_i),
             surface(at(parts.velocity, p), at(parts.angular_velocity, p), arm_p),
         )
-        modulus, shear_modulus, damping, friction, _ = law_of(laws, shapes.material[i], parts.material[p])
-        stiffness = LINE_STIFFNESS * modulus * length
-        elastic = LINE_STIFFNESS * modulus * area
+        law = law_of(laws, shapes.material[i], parts.material[p])
+        whole = 2.0 * norm(sorted_box_axes(at4(orientation, i), at(core, i), axis)[0])
+        elastic, stiffness, shear_stiffness, damping = line_law(law, area, length, whole)
         normal_force = damped_normal(elastic, stiffness, damping, mass[i], -dot(relative, normal))
-        shear_stiffness = stiffness * 4.0 * shear_modulus / modulus
-        bound = friction * max(normal_force, 0.0)
+        bound = law.friction * max(normal_force, 0.0)
         force = scaled(normal, normal_force)
         force = touch(
             contacts, k, force, normal, shear_stiffness, damping, mass[i], bound, relative, time_step

@@ -56,6 +56,9 @@ class NoAlias(CompilerBase):
 # Division by zero gives inf as in numpy instead of a branch and an exception in every formula.
 _njit = functools.partial(numba.njit, error_model="numpy", fastmath=RELAXED)
 
+INLINE = {"forceinline": True, "error_model": "numpy", "fastmath": RELAXED}
+"""Options of `inner`, for functions that numba picks by type (numba.extending.overload)."""
+
 inner = functools.partial(_njit, forceinline=True)
 """What kernels call: always inlined, since one call that is left keeps a loop from being vectorised."""
 

@@ -100,10 +100,20 @@ class Contacts(NamedTuple):
 
 
 class Laws(NamedTuple):
-    """Contact parameters of material pairs, (materials, materials) each."""
+    """Hertz-Mindlin parameters of material pairs, (materials, materials) each."""
 
     normal_modulus: Array  # E*, Pa
     shear_modulus: Array  # G*, Pa
+    damping: Array  # ratio b of the linear spring
+    friction: Array
+    rolling_friction: Array
+
+
+class LinearLaws(NamedTuple):
+    """The same for the linear spring-dashpot model."""
+
+    normal_stiffness: Array  # N/m
+    tangential_stiffness: Array  # N/m
     damping: Array  # ratio b of the linear spring
     friction: Array
     rolling_friction: Array
