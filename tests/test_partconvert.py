@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -253,6 +254,14 @@ def test_help_imports_nothing_heavy():
 
 def test_every_option_has_help():
     assert all(option.help for option in main.params if option.param_type_name == "option")
+
+
+def test_the_manual_and_the_command_have_the_same_options():
+    manual = (Path(__file__).parent.parent / "docs" / "partconvert.md").read_text()
+    named = set(re.findall(r"--[a-z][a-z-]+", manual)) - {"--version"}
+    known = {name for option in main.params for name in option.opts if name.startswith("--")}
+    assert named <= known
+    assert known - named <= {"--overwrite", "--quiet", "--output", "--pulley-colour"}
 
 
 def test_two_files_fit_one_case(run, tmp_path):
