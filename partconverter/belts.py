@@ -18,7 +18,7 @@ class Belt(NamedTuple):
     """Bonded particles of belts, (n, 3) and (n,), in m.
 
     along, normal : local x (running direction) and z (carrying side) in world axes
-    half_thickness : half the outer size along z; pitch : spacing along the belt
+    half_thickness, half_width : half the outer sizes along z and y; pitch : spacing along the belt
     station : distance along the belt from its first row, nan where rows hang together in no order
     """
 
@@ -26,6 +26,7 @@ class Belt(NamedTuple):
     along: np.ndarray
     normal: np.ndarray
     half_thickness: np.ndarray
+    half_width: np.ndarray
     pitch: np.ndarray
     station: np.ndarray
 
@@ -45,7 +46,8 @@ def belt_of(deck: Deck, name: str) -> Belt:
     pitch = np.linalg.norm(particles.position[forward[:, 1]] - particles.position[forward[:, 0]], axis=1)
     whole = np.full(len(along), np.median(pitch) if len(pitch) else 0.0)
     station = _stations(particles.position, forward, across)
-    columns = (particles.position, along, normal, particles.size[:, 2] / 2, whole, station)
+    half = particles.size / 2
+    columns = (particles.position, along, normal, half[:, 2], half[:, 1], whole, station)
     return Belt(*(column[particles.bonded] for column in columns))
 
 

@@ -162,13 +162,15 @@ def _settings_lines(data: bytes, name: str, found: Found, settings: Settings, be
     lines += [f"belt = {Path(belt).name}" for belt in belts]
     for field in fields(Settings):
         value = getattr(settings, field.name)
-        if value is not None and field.name != "unit_mm":
+        if value not in (None, "") and field.name != "unit_mm":
             lines.append(f"{field.name.replace('_', ' ')} = {_text(value)}")
     return lines
 
 
 def _text(value) -> str:
-    return {True: "yes", False: "no"}[value] if isinstance(value, bool) else f"{value}"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.12g}" if isinstance(value, float) else f"{value}"
 
 
 def _result_lines(found: Found, rollers: list[Roller], settings: Settings) -> list[str]:

@@ -67,7 +67,7 @@ def driven(
 def touch_of(roller: Roller, belt: Belt, tree, limit: float) -> Touch | None:
     """How the belt lies on a roller, None if no part of the belt passes it within reach."""
     radius, axis = roller.diameter / 2, np.array(roller.axis)
-    reach = radius + limit + belt.half_thickness.max() + belt.pitch.max()
+    reach = radius + limit + belt.half_thickness.max() + belt.pitch.max() + belt.half_width.max()
     rows = np.array(tree.query_ball_point(roller.centre, np.hypot(roller.length / 2, reach)), int)
     if not len(rows):
         return None
@@ -77,9 +77,12 @@ def touch_of(roller: Roller, belt: Belt, tree, limit: float) -> Touch | None:
     along, along_length = _across(belt.along[rows], axis)
     distance = np.einsum("ij,ij->i", offset, normal)
     beside = np.abs(np.einsum("ij,ij->i", offset, along))
-    # A particle counts where it passes over the axis: within the drum, flat on it, half a pitch before or behind.
-    over = (np.abs(height) <= roller.length / 2) & (normal_length > 0.5) & (along_length > 0.5)
-    over &= beside <= 0.51 * belt.pitch[rows]
+    # A particle counts where it passes over the axis: flat on it, half a pitch before or behind, and within the
+    # drum, or with its edge if the drum is so narrow that it lies between two centres.
+    passing = (beside <= 0.51 * belt.pitch[rows]) & (normal_length > 0.5) & (along_length > 0.5)
+    over = passing & (np.abs(height) <= roller.length / 2)
+    if not over.any():
+        over = passing & (np.abs(height) <= roller.length / 2 + belt.half_width[rows])
     if not over.any():
         return None
     gap = np.abs(distance) - radius - belt.half_thickness[rows]

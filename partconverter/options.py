@@ -122,9 +122,9 @@ OPTIONS = [
     _option("--pulley-colour", Colour(), "Colour of pulleys.", default=Settings.pulley_colour),
     _option("--idler-colour", Colour(), "Colour of idlers.", default=Settings.idler_colour),
     click.option("--material", default="steel", show_default=True, help="Name of the material."),
-    _option("--density", Quantity("density"), "Density of the material [kg/m3].", default=Settings.density),
+    _option("--density", Quantity("density"), "Density of the material [kg/m3].", default="7850 kg/m3"),
     _option("--youngs-modulus", Quantity("pressure"), "Young's modulus of the material [Pa, MPa, GPa].",
-            default=Settings.youngs_modulus),
+            default="210 GPa"),
     click.option("--poisson-ratio", type=click.FloatRange(-1, 0.5, min_open=True, max_open=True), default=0.3,
                  show_default=True, help="Poisson's ratio of the material."),
     # driving
@@ -135,7 +135,7 @@ OPTIONS = [
     _option("--touch-gap", Quantity("length", zero=True),
             "Largest gap at which belt and cylinder touch [m, or with a unit]. Default: half the belt's thickness."),
     _option("--ramp", Quantity("time", zero=True), "Time in which driven cylinders reach their speed [s].",
-            default=0.0),
+            default="0 s"),
 ]  # fmt: skip
 
 

@@ -144,6 +144,11 @@ def test_cylinders_that_cut_into_the_belt_are_named_with_their_depth(belt):
     assert found.speed == pytest.approx(50, rel=FIVE_DIGITS)
 
 
+def test_a_disc_between_two_columns_is_driven_too(belt):
+    disc = replace(CASES["carrying idler"][0], length=0.004)
+    assert driven([disc], belt, SPEED)[0][0].speed == pytest.approx(50, rel=FIVE_DIGITS)
+
+
 def test_a_roller_along_the_belt_is_not_driven_by_it(belt):
     along = replace(CASES["carrying idler"][0], axis=(1.0, 0.0, 0.0))
     assert driven([along], belt, SPEED)[0][0].speed is None

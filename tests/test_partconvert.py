@@ -261,7 +261,7 @@ def test_the_manual_and_the_command_have_the_same_options():
     named = set(re.findall(r"--[a-z][a-z-]+", manual)) - {"--version"}
     known = {name for option in main.params for name in option.opts if name.startswith("--")}
     assert named <= known
-    assert known - named <= {"--overwrite", "--quiet", "--output", "--pulley-colour"}
+    assert known - named <= {"--overwrite", "--quiet", "--output", "--version"}
 
 
 def test_two_files_fit_one_case(run, tmp_path):
