@@ -139,6 +139,11 @@ def start(deck, *, allow_unstable=True) -> State:
     return state
 
 
+def next_step(state, number: int) -> None:
+    """Begin step `number` of the deck (from 0) where the state is now."""
+    begin_stage(state, prepare(state, state.scene.steps[number], state.time, lambda _: None, True))
+
+
 def advance(state, steps: int, *, every: int = 1, probe=None) -> np.ndarray | None:
     """Make `steps` steps; with a `probe`, an array of what it returns for the state every so many steps."""
     if probe is None:

@@ -154,14 +154,23 @@ def parts_of_motion(block: Block, machinery: Machinery) -> list[int]:
 def drives_of(
     deck: Deck, machinery: Machinery, tables: dict[str, int], step_name: str | None, before: Slides | None
 ) -> tuple[Spins, Slides]:
-    """What moves the parts in a step. Cylinder particles spin freely unless a motion says else."""
+    """What moves the parts in a step. Cylinder particles spin freely unless a motion says else.
+
+    Parts that follow their loads keep their velocities from step to step; all others stand unless a motion moves them.
+    """
     spins, slides = at_rest(machinery)
     if before is not None:
         slides.offset[:] = before.offset
+    parts = machinery.parts
+    velocity, spin = parts.velocity.copy(), parts.angular_velocity.copy()
+    parts.velocity[:], parts.angular_velocity[:] = 0.0, 0.0
     for block in deck.blocks("MOTION"):
         if acts_in(block, step_name):
             for part in parts_of_motion(block, machinery):
                 MOTIONS[block["TYPE"]](block, part, machinery, spins, slides, table_of(block, tables))
+    follows, slides_freely = spins.mode == FREE, slides.mass > 0.0
+    parts.angular_velocity[:, follows] = spin[:, follows]
+    parts.velocity[:, slides_freely] = velocity[:, slides_freely]
     return spins, slides
 
 

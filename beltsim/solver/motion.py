@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from beltsim.solver.jit import inner, kernel
 from beltsim.solver.state import Array
 from beltsim.solver.vectors import (
+    across,
     add,
     at,
     at4,
@@ -124,11 +126,15 @@ def push_parts(parts, spins, slides, amplitudes, time, time_step):
 
 @inner
 def fastest_part(parts, slides):
-    """Largest speed of a part that moves [m/s]."""
+    """Largest speed [m/s] at which a part comes to new places; turning about its own axis is none."""
     fastest = 0.0
     for p in range(parts.radius.size):
-        if slides.moves[p] != 0.0:
-            fastest = max(fastest, norm(at(parts.velocity, p)))
+        speed = norm(at(parts.velocity, p)) if slides.moves[p] != 0.0 else 0.0
+        spin = at(parts.angular_velocity, p)
+        swing = norm(across(spin, axis_z(at4(parts.orientation, p))))
+        if swing > 1e-9 * norm(spin):  # rounding of a spin about the axis stays far below
+            speed += swing * math.hypot(parts.radius[p], parts.half_length[p])
+        fastest = max(fastest, speed)
     return fastest
 
 
