@@ -117,17 +117,15 @@ def _broken(faces: list[Face], line: Line) -> LeftOut | None:
     unsewn = sum(count == 1 for count in uses.values())
     if unsewn:
         return LeftOut("open", Note(f"{unsewn} edges bound one face only"))
-    return (
-        LeftOut("damaged", Note("two faces run along an edge the same way")) if any(ways.values()) else None
-    )
+    if any(way and uses[edge] == 2 for edge, way in ways.items()):
+        return LeftOut("damaged", Note("two faces run along an edge the same way"))
+    return None
 
 
 def _off_curve(edge: Edge, point) -> float:
-    return (
-        abs(norm(less(point, edge.curve.centre)) - edge.curve.radius)
-        if isinstance(edge.curve, Circle)
-        else 0.0
-    )
+    if not isinstance(edge.curve, Circle):
+        return 0.0
+    return abs(norm(less(point, edge.curve.centre)) - edge.curve.radius)
 
 
 def _dominant(faces: list[Face], line: Line, section: str) -> Turned | LeftOut:
@@ -138,7 +136,7 @@ def _dominant(faces: list[Face], line: Line, section: str) -> Turned | LeftOut:
         return LeftOut("no cylinder", Note("cones or tori only"))
     widest = sections[0]
     points = [line.zr(point) for face in faces for edge, _ in face.edges for point in _points(edge)]
-    out = max(r for _, r in points) - widest.radius
+    out = max(*(r for _, r in points), *(band.widest for band in bands)) - widest.radius
     if out > line.tolerance:
         return LeftOut("not a body of revolution", Note("something stands {} out of its cylinder", (out,)))
     cover = min(_cover(widest, line, end) for end in (widest.spans[0].low, widest.spans[-1].high))
@@ -150,7 +148,8 @@ def _dominant(faces: list[Face], line: Line, section: str) -> Turned | LeftOut:
     others = len(faces) - len(bands)
     whole = "" if cover > 1 - 1e-6 else f", {100 * cover:.3g} % of the circumference is left"
     notes = [Note(f"{others} of {len(faces)} faces do not revolve (keyway, drilled holes){whole}")]
-    overall = Span(min(z for z, _ in points), max(z for z, _ in points))
+    reached = [z for z, _ in points] + [z for band in bands for z in (band.low, band.high)]
+    overall = Span(min(reached), max(reached))
     return drum_of(line, bands, choose(sections, section, notes), overall, notes)
 
 
