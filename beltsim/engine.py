@@ -13,6 +13,7 @@ from beltsim.scene.bodies import BOX, SPHERE
 from beltsim.scene.touching import of_shape
 from beltsim.solver.bonds import bond_measures
 from beltsim.solver.motion import Slides, Spins
+from beltsim.solver.reference_integrator import advance_reference
 from beltsim.solver.steps import (
     DONE,
     LISTS_STALE,
@@ -25,6 +26,8 @@ from beltsim.solver.steps import (
     find_forces,
     spin_of_momentum,
 )
+
+STEPPERS = {"VERLET": advance, "PEFRL": advance_reference}
 
 
 class BlowUp(CommandError):
@@ -45,6 +48,7 @@ class Stage:
     drag: float  # 1/s
     wind: tuple[float, float, float]  # m/s
     turned: np.ndarray  # (h,) int32 slots of particles with a prescribed spin
+    integrator: str = "VERLET"
 
 
 @dataclass
@@ -166,7 +170,7 @@ def advance_by(state: State, steps: int) -> None:
     """
     reason = LISTS_STALE
     while steps > 0 or reason != DONE:
-        done, reason = advance(*solver_arguments(state), steps)
+        done, reason = STEPPERS[state.stage.integrator](*solver_arguments(state), steps)
         state.step += done
         state.total_steps += done
         steps -= done

@@ -18,7 +18,7 @@ from beltsim.scene.build import prescribe_velocities
 from beltsim.scene.machinery import acts_in, drives_of, table_of
 from beltsim.solver.steps import GivenLoads
 from beltsim.source import Source, arrivals, pause_of, planned_count, source_of
-from beltsim.stepsize import choose, present_limit
+from beltsim.stepsize import choose, present_limit, refuse_reference
 from beltsim.trajectory import TrajectoryWriter
 from beltsim.turnover import insert, outside, remove
 
@@ -154,7 +154,11 @@ def prepare(state: State, block: Block, start: float, say, allow_unstable: bool)
     time_step, sentence = choose(scene, block, slides, spins, allow_unstable=allow_unstable)
     say((f"step {name}: " if name else "") + sentence)
     drag, wind = damping_of(scene, name, say)
-    return Stage(time_step, start, spins, slides, given_loads(scene, name), drag, wind, turned)
+    given = given_loads(scene, name)
+    stage = Stage(time_step, start, spins, slides, given, drag, wind, turned, block["INTEGRATOR"])
+    if stage.integrator == "PEFRL":
+        refuse_reference(scene, block, stage)
+    return stage
 
 
 def damping_of(scene: Scene, step_name: str | None, say) -> tuple[float, tuple]:

@@ -11,7 +11,7 @@ from beltsim.console import CommandError, ExitCode
 from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE
 from beltsim.solver.contact import LINE_STIFFNESS
-from beltsim.solver.motion import Slides, Spins
+from beltsim.solver.motion import FREE, Slides, Spins
 from beltsim.solver.state import Laws, LinearLaws, Parts
 from beltsim.solver.timestep import (
     IMPACT_STEPS,
@@ -22,6 +22,7 @@ from beltsim.solver.timestep import (
 )
 
 TRAVEL = 0.1  # share of the smallest radius or thickness that a particle may move in one step
+REFERENCE_REACH = 1.25  # PEFRL runs at 1.2 of Verlet's limit and blows up at 1.6 (measured on a bonded strip)
 
 
 class TimeStepError(CommandError):
@@ -148,6 +149,8 @@ def choose(
     if np.any(sliding & (slides.stiffness > 0.0)):
         frequency = np.max(slides.stiffness[sliding] / slides.mass[sliding])
         limit = min(limit, Limit(2.0 / math.sqrt(frequency), "a suspension"), key=lambda one: one.time_step)
+    if block["INTEGRATOR"] == "PEFRL":
+        limit = Limit(REFERENCE_REACH * limit.time_step, limit.cause)
     given = block["TIME STEP"]
     duration = block["DURATION"]
     if given == "AUTO":
@@ -202,3 +205,29 @@ def stiffness_ratio(scene: Scene) -> float:
         return 1.0
     factor = 4.0 if isinstance(scene.laws, Laws) else 1.0
     return float(np.min(factor * tangential[touching] / normal[touching]))
+
+
+def refuse_reference(scene: Scene, block, stage) -> None:
+    """Raise `TimeStepError` if a scene has forces that depend on velocities, or parts that move."""
+    laws, kinds = scene.laws, scene.kinds
+    spins, slides = stage.spins, stage.slides
+    found = {
+        "a *BOND TYPE with DAMPING FACTOR": kinds is not None and bool(np.any(kinds.damping)),
+        "breakable bonds": scene.strength is not None,
+        "a *CONTACT PROPERTY with RESTITUTION below 1": bool(np.any(laws.damping)),
+        "a *CONTACT PROPERTY with FRICTION": bool(np.any(laws.friction) or np.any(laws.rolling_friction)),
+        "*DAMPING": stage.drag > 0.0,
+        "a *SOURCE": bool(scene.sources),
+        "moving parts": bool(
+            np.any(spins.mode == FREE)
+            or np.any(spins.rate)
+            or np.any(slides.mass)
+            or np.any(scene.machinery.parts.velocity)
+        ),
+    }
+    reasons = [name for name, is_there in found.items() if is_there]
+    if reasons:
+        raise TimeStepError(
+            f"{block.where}: found INTEGRATOR=PEFRL with {', '.join(reasons)}, expected a scene whose forces depend on "
+            "positions only; VERLET runs it"
+        )

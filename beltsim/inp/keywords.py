@@ -496,6 +496,12 @@ _CASE = (
                 "TIME STEP", "step", "AUTO or a time step", dimension="time", default="AUTO", range=POSITIVE
             ),
             _number("SAFETY", None, "share of the stable time step that AUTO takes", _FRACTION, default=0.8),
+            _choice(
+                "INTEGRATOR",
+                ("VERLET", "PEFRL"),
+                "VERLET: velocity Verlet; PEFRL: of fourth order, for accuracy studies without damping and friction",
+                default="VERLET",
+            ),
         ),
         key=("NAME",),
     ),

@@ -1,0 +1,129 @@
+"""PEFRL, a fourth-order integrator for accuracy studies of scenes without damping and friction.
+
+Omelyan, Mryglod and Folk 2002 (Computer Physics Communications 146, 188): five drifts and four kicks a step, stable
+up to some 1.2 of the step that velocity Verlet can take.
+It holds for forces that depend on positions only, so scenes with damping or friction are refused (`beltsim.stepsize`).
+The free rotation of each drift must be of fourth order too: the symplectic splitting of `steps.turn_freely` is of second
+order, and three of them with Yoshida's weights (1990, Physics Letters A 150, 262) are of fourth.
+"""
+
+from __future__ import annotations
+
+from beltsim.solver.bonds import of, of4, rows3, rows4
+from beltsim.solver.jit import kernel
+from beltsim.solver.steps import (
+    DONE,
+    LISTS_STALE,
+    LOST,
+    TOO_FAST,
+    Clock,
+    find_forces,
+    in_body,
+    kick,
+    translate,
+    turn_freely,
+    world_spin,
+)
+
+XI = 0.1786178958448091
+LAMBDA = -0.2123418310626054
+CHI = -0.06626458266981849
+OUTER = 1.0 / (2.0 - 2.0 ** (1.0 / 3.0))
+INNER = 1.0 - 2.0 * OUTER
+
+
+@kernel
+def turn_to_fourth_order(orientation, momentum, spin, inertia, turns, time_step):
+    """Free rotation of all particles over a drift."""
+    for i in range(turns.size):
+        if turns[i] > 0.0:
+            q, moments = of4(orientation, i), of(inertia, i)
+            local = in_body(q, of(momentum, i))
+            q, local = turn_freely(q, local, moments, OUTER * time_step)
+            q, local = turn_freely(q, local, moments, INNER * time_step)
+            q, local = turn_freely(q, local, moments, OUTER * time_step)
+            w = world_spin(q, local, moments)
+            for c in range(3):
+                spin[c][i] = w[c]
+            for c in range(4):
+                orientation[c][i] = q[c]
+
+
+@kernel
+def drift(particles, environment, time_step, reach, cap):
+    """Free motion of all particles; returns the counts of `steps.translate`."""
+    position, velocity, listed = (
+        rows3(particles.position),
+        rows3(particles.velocity),
+        rows3(environment.listed),
+    )
+    mobility = particles.mobility
+    # A kick of no force: particles only move on.
+    counts = translate(
+        position,
+        velocity,
+        rows3(particles.force),
+        particles.mass,
+        0.0 * mobility[0],
+        listed,
+        time_step,
+        reach,
+        cap,
+    )
+    turn_to_fourth_order(
+        rows4(particles.orientation),
+        rows3(particles.angular_momentum),
+        rows3(particles.angular_velocity),
+        rows3(particles.inertia),
+        mobility[1],
+        time_step,
+    )
+    return counts
+
+
+@kernel
+def kick_by(particles, time_step):
+    """Push of all particles by the present loads over a time."""
+    mobility = particles.mobility
+    # `kick` is half a step of Verlet.
+    kick(
+        rows3(particles.velocity),
+        rows3(particles.angular_momentum),
+        rows3(particles.force),
+        rows3(particles.torque),
+        particles.mass,
+        mobility[0],
+        mobility[1],
+        2.0 * time_step,
+    )
+
+
+@kernel
+def advance_reference(
+    particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock, steps
+):
+    """Up to `steps` steps of PEFRL; parameters and result as `steps.advance`. Parts stay where they are."""
+    dt = clock.time_step
+    for n in range(steps):
+        done = 0.0
+        far = fast = lost = 0
+        for stage in range(5):
+            share = XI if stage == 0 or stage == 4 else (CHI if stage != 2 else 1.0 - 2.0 * (CHI + XI))
+            far, fast, lost = drift(
+                particles, environment, share * dt, 0.5 * clock.skin - clock.cap, clock.cap
+            )
+            if lost > 0:
+                return n, LOST
+            done += share
+            if stage < 4:
+                now = Clock(dt, clock.start + done * dt, clock.step + n, clock.skin, clock.cap)
+                find_forces(
+                    particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now
+                )
+                push = 0.5 - LAMBDA if stage == 0 or stage == 3 else LAMBDA
+                kick_by(particles, push * dt)
+        if fast > 0:
+            return n + 1, TOO_FAST
+        if far > 0:
+            return n + 1, LISTS_STALE
+    return steps, DONE
