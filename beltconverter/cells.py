@@ -35,8 +35,9 @@ def cells_of(grid: Grid, flat: Flat, *, half_edges: bool) -> Cells:
     With `half_edges` the outer nodes lie on the belt's edge: half a cell, else a whole one.
     """
     rows = len(grid.points)
-    is_even = all(np.ptp(values) < EVEN * values.mean() for values in (flat.lengths, flat.widths))
-    lengths, widths = flat.lengths, flat.widths
+    lengths = np.broadcast_to(flat.lengths.mean(axis=1, keepdims=True), flat.lengths.shape)
+    widths = np.broadcast_to(flat.widths.mean(axis=0), flat.widths.shape)
+    is_even = all(np.ptp(values) < EVEN * values.mean() for values in (lengths, widths))
     if is_even:
         lengths, widths = (np.full(values.shape, values.mean()) for values in (lengths, widths))
     along = tributary(lengths, ring=grid.is_ring, half_ends=half_edges)

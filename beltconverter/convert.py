@@ -11,11 +11,13 @@ import numpy as np
 
 from beltsim.inp import Deck
 
-from .belt import Belt, Making, add_belt
+from .belt import Belt, Making
+from .bonds import add_bonds
 from .cells import cells_of
 from .flat import flattened
 from .frames import Pose, frames, oriented, quaternions
 from .mesh import Mesh
+from .particles import add_particles
 from .piece import Grid
 from .properties import Sheet, mass_per_area
 from .quads import read_quads, reads_quads
@@ -93,7 +95,8 @@ def convert(data: bytes, name: str, settings: Settings) -> Conversion:
     reports = [report(belt, making) for belt, making in zip(belts, makings)]
     deck = _deck(name, digest, found.unit, settings, reports)
     for belt, making in zip(belts, makings):
-        add_belt(deck, belt, making)
+        add_particles(deck, belt, making)
+        add_bonds(deck, belt, making)
     clock.append(perf_counter())
     return Conversion(
         deck, belts, reports, warnings, dict(zip(("read", "grid", "belt"), np.diff(clock).tolist()))

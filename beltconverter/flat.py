@@ -47,7 +47,8 @@ def flattened(grid: Grid, axes: np.ndarray, mode: str, along: float, across: flo
 
     Lengths come from the middle fibre, one for all columns, so that the longer edge paths in trough transitions
     keep their true extra tension. `mode` "belt" takes one length for all rows, "row" one each, "bond" every
-    bond's own (erases those tensions), "auto" takes "belt" if the rows are nearly equal, else "row".
+    bond's own (erases those tensions), "auto" takes "belt" if the rows are nearly equal, else "row". Widths are
+    the median over all rows: a fold of a trough, which one cell spans with its chord, does not shrink the belt.
     """
     _, after = before_and_after(grid.points, grid.kind)
     _, axes_after = before_and_after(axes, grid.kind)
@@ -63,7 +64,9 @@ def flattened(grid: Grid, axes: np.ndarray, mode: str, along: float, across: flo
     ] / along
     widths, shifts = _across(grid, axes)
     if mode != "bond":
-        widths, shifts = (np.broadcast_to(values.mean(axis=0), values.shape) for values in (widths, shifts))
+        widths, shifts = (
+            np.broadcast_to(np.median(values, axis=0), values.shape) for values in (widths, shifts)
+        )
     shifts = np.where(np.abs(shifts) < 1e-6 * widths, 0.0, shifts)
     return Flat(np.broadcast_to(lengths, chords.shape), widths / across, shifts / along, chords, mode)
 

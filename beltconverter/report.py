@@ -15,7 +15,6 @@ def report(belt: Belt, making: Making) -> dict:
     strains = flat.strains
     middle = flat.chords[:, (columns - 1) // 2 : columns // 2 + 1].mean(axis=1)
     worst_low, worst_high = (int(np.argmax(values)) for values in (-strains.min(axis=1), strains.max(axis=1)))
-    mesh_area, cell_area = surface_area(belt), float(np.sum(cells.along * cells.across))
     stretch = making.elongation[0] * making.elongation[1]
     return {
         "belt": making.prefix + making.name,
@@ -39,9 +38,9 @@ def report(belt: Belt, making: Making) -> dict:
         "strain_row_min": strains.min(axis=1),
         "strain_row_max": strains.max(axis=1),
         "mass": float(masses(belt).sum()),
-        "mesh_area": mesh_area,
-        "cell_area": cell_area * stretch,
-        "cell_area_over_mesh_area": cell_area * stretch / mesh_area,
+        "area": float(np.sum(cells.along * cells.across)) * stretch,
+        "mesh_area": surface_area(belt),
+        "area_check": flat_area(belt) * stretch / surface_area(belt) - 1,
     }
 
 
@@ -53,6 +52,12 @@ def surface_area(belt: Belt) -> float:
     p, q, r, s = a[:, :-1], b[:, :-1], b[:, 1:], a[:, 1:]
     triangles = [(p, q, r), (p, r, s), (p, q, s), (q, r, s)]
     return float(sum(np.linalg.norm(np.cross(y - x, z - x), axis=2).sum() for x, y, z in triangles) / 4)
+
+
+def flat_area(belt: Belt) -> float:
+    """Stress-free area between the outer nodes, m2."""
+    lengths, widths = belt.flat.lengths, belt.flat.widths[: len(belt.flat.lengths)]
+    return float(np.sum((lengths[:, 1:] + lengths[:, :-1]) / 2 * widths))
 
 
 def info_lines(reports: list[dict]) -> list[str]:
@@ -72,6 +77,10 @@ def _text(value) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
+def _percent(share: float) -> str:
+    return f"{round(100 * share, 3) + 0.0:+.3f} %"
+
+
 def summary_lines(reports: list[dict]) -> list[str]:
     """A few lines for people."""
     lines = []
@@ -81,9 +90,10 @@ def summary_lines(reports: list[dict]) -> list[str]:
             f"{one['particles']:,} particles, {one['bonds']:,} bonds",
             f"  length {one['length']:.4g} m, width {one['width']:.4g} m, pitch {1000 * one['pitch_along']:.4g} x "
             f"{1000 * one['pitch_across']:.4g} mm, mass {one['mass']:.4g} kg",
-            f"  initial strain {100 * one['strain_min']:+.3f} % (row {one['strain_min_row']}) to "
-            f"{100 * one['strain_max']:+.3f} % (row {one['strain_max_row']}), one stress-free length per "
+            f"  initial strain {_percent(one['strain_min'])} (row {one['strain_min_row']}) to "
+            f"{_percent(one['strain_max'])} (row {one['strain_max_row']}), one stress-free length per "
             f"{one['stress_free_mode']}",
-            f"  area of the cells {one['cell_area']:.4g} m2, of the mesh between its nodes {one['mesh_area']:.4g} m2",
+            f"  area {one['area']:.4g} m2; between the outer nodes {one['mesh_area']:.4g} m2, of which the flat belt "
+            f"differs by {100 * one['area_check']:+.2f} %",
         ]
     return lines
