@@ -28,7 +28,7 @@ class Header:
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FIRST_LINE = re.compile(r"\s*(\d+)[ \t]+(\d+)[ \t]+(\d+)[ \t]+(\d+)[ \t]*\r?\n")
 _SCALE_LINE = re.compile(rf"\s*({_NUMBER})[ \t]+({_NUMBER})[ \t]+({_NUMBER})[ \t]*\r?\n")
-_HEADER_STRING = re.compile(r"\s*@?(\d+) ")
+_HEADER_STRING = re.compile(r"\s*@?(\d+)(?: |(?=\s))")
 _KEY_LINE = re.compile(r"\s*[TF][ \t]+@(\d+) ")
 
 
