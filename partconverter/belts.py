@@ -19,6 +19,7 @@ class Belt(NamedTuple):
 
     along, normal : local x (running direction) and z (carrying side) in world axes
     half_thickness, half_width : half the outer sizes along z and y; pitch : spacing along the belt
+    speed : of the belt along its running direction [m/s]
     station : distance along the belt from its first row, nan where rows hang together in no order
     """
 
@@ -28,11 +29,15 @@ class Belt(NamedTuple):
     half_thickness: np.ndarray
     half_width: np.ndarray
     pitch: np.ndarray
+    speed: np.ndarray
     station: np.ndarray
 
 
-def belt_of(deck: Deck, name: str) -> Belt:
-    """All bonded particles of a deck; raises `BeltError` if there are none."""
+def belt_of(deck: Deck, name: str, speed: float | None = None) -> Belt:
+    """All bonded particles of a deck, moving at `speed` [m/s], without it as their *INITIAL VELOCITY says.
+
+    Raises `BeltError` if there are none, or no speed.
+    """
     from beltsim.view.deck import bonds_of, particles_of
     from beltsim.view.scenery import rotation_matrices
 
@@ -47,7 +52,10 @@ def belt_of(deck: Deck, name: str) -> Belt:
     whole = np.full(len(along), np.median(pitch) if len(pitch) else 0.0)
     station = _stations(particles.position, forward, across)
     half = particles.size / 2
-    columns = (particles.position, along, normal, half[:, 2], half[:, 1], whole, station)
+    speeds = _speeds(deck, particles.id, along) if speed is None else np.full(len(along), float(speed))
+    if not np.isfinite(speeds[particles.bonded]).all():
+        raise BeltError(f"{name}: found no *INITIAL VELOCITY of the belt, expected one, or --belt-speed")
+    columns = (particles.position, along, normal, half[:, 2], half[:, 1], whole, speeds, station)
     return Belt(*(column[particles.bonded] for column in columns))
 
 
@@ -58,6 +66,17 @@ def joined(belts: list[Belt]) -> Belt:
         shifted.append(belt._replace(station=belt.station + start))
         start += np.nanmax(belt.station, initial=0.0) + 1.0
     return Belt(*map(np.concatenate, zip(*shifted)))
+
+
+def _speeds(deck: Deck, ids: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Initial velocity of each particle along its running direction, nan where none is given."""
+    speeds, order = np.full(len(ids), np.nan), np.argsort(ids, kind="stable")
+    for block in deck.blocks("INITIAL VELOCITY"):
+        rows = order[np.minimum(np.searchsorted(ids, block.rows["id"], sorter=order), len(ids) - 1)]
+        known = ids[rows] == block.rows["id"]
+        rows, velocity = rows[known], block.rows["velocity"][known]
+        speeds[rows] = np.einsum("ij,ij->i", velocity, along[rows])
+    return speeds
 
 
 def _sorted_bonds(bonds, position, along) -> tuple[np.ndarray, np.ndarray]:

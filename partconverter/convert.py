@@ -85,7 +85,7 @@ def convert(data: bytes, name: str, settings: Settings, belts: tuple[str, ...] =
     if not rollers:
         raise NothingToConvert("\n".join(_nothing(name, found)), found)
     if belts:
-        rollers, more = driven(rollers, _belts(belts), settings.belt_speed, touch_gap=settings.touch_gap)
+        rollers, more = driven(rollers, _belts(belts, settings.belt_speed), touch_gap=settings.touch_gap)
         warnings += more
     rollers = roll.ordered(rollers, settings.sort)
     rollers = roll.named(rollers, by=settings.name_by, prefix=settings.name_prefix)
@@ -106,9 +106,9 @@ def convert(data: bytes, name: str, settings: Settings, belts: tuple[str, ...] =
     return Conversion(deck, rollers, found, warnings, len(found.rollers) - len(rollers))
 
 
-def _belts(paths: tuple[str, ...]) -> Belt:
-    """All belts of INP files."""
-    return joined([belt_of(inp.read(path), path) for path in paths])
+def _belts(paths: tuple[str, ...], speed: float | None) -> Belt:
+    """All belts of INP files, at one speed [m/s] or each at its own."""
+    return joined([belt_of(inp.read(path), path, speed) for path in paths])
 
 
 def _chosen(rollers: list[Roller], settings: Settings, warnings: list[str]) -> list[Roller]:

@@ -27,8 +27,8 @@ MOST_NAMES = 6
 class Touch(NamedTuple):
     """Where a belt touches a roller.
 
-    gap : least distance between the surfaces [m], negative = cut in; speed : angular velocity about the axis [rad/s]
-    for a belt speed of 1 m/s; carrying : whether the roller lies on the carrying side; station : place on the belt
+    gap : least distance between the surfaces [m], negative = cut in; speed : angular velocity about the axis
+    [rad/s]; carrying : whether the roller lies on the carrying side; station : place on the belt
     """
 
     gap: float
@@ -38,9 +38,9 @@ class Touch(NamedTuple):
 
 
 def driven(
-    rollers: list[Roller], belt: Belt, speed: float, *, touch_gap: float | None = None
+    rollers: list[Roller], belt: Belt, *, touch_gap: float | None = None
 ) -> tuple[list[Roller], list[str]]:
-    """Rollers with the spin that a belt of `speed` [m/s] gives them, and warnings.
+    """Rollers with the spin that the belt gives them, and warnings.
 
     A roller is touched if the surfaces are less than `touch_gap` [m] apart (default half the belt's thickness).
     """
@@ -58,7 +58,7 @@ def driven(
             continue
         if touch.gap < -CUT_SHARE * thickness:
             cutting.append((roller, touch))
-        spin = float(f"{touch.speed * speed:.{SPEED_DIGITS}g}") + 0.0
+        spin = float(f"{touch.speed:.{SPEED_DIGITS}g}") + 0.0
         station = None if np.isnan(touch.station) else touch.station
         found.append(replace(roller, speed=spin, station=station))
     return found, [*_warn_apart(apart), *_warn_cutting(cutting)]
@@ -100,7 +100,7 @@ def _touch(roller, belt, rows, distance, normal, along, gap) -> Touch:
     lever = radius + half if _turn(axis, outward) > WRAP else radius
     # w (axis x outward) R = v along the belt's inner surface.
     sense = np.einsum("ij,ij->i", np.cross(axis, outward), along)
-    speed = float(sense.mean()) / lever
+    speed = float((sense * belt.speed[rows]).mean()) / lever
     return Touch(gap, speed, bool(side.sum() < 0), _middle(belt.station[rows], belt.station))
 
 

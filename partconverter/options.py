@@ -131,7 +131,8 @@ OPTIONS = [
     click.option("--belt", "belts", metavar="FILE", multiple=True,
                  help="INP file of a belt that turns the cylinders it touches (more than once for several belts)."),
     _option("--belt-speed", Quantity("velocity", signed=True),
-            "Speed of the belts [m/s, or with unit: 2.5m/s]; negative = against their running direction."),
+            "Speed of the belts [m/s, or with unit: 2.5m/s]; negative = against their running direction. "
+            "Default: their *INITIAL VELOCITY."),
     _option("--touch-gap", Quantity("length", zero=True),
             "Largest gap at which belt and cylinder touch [m, or with a unit]. Default: half the belt's thickness."),
     _option("--ramp", Quantity("time", zero=True), "Time in which driven cylinders reach their speed [s].",
@@ -149,12 +150,9 @@ def add_options(command):
 def settings_from(options: dict, belts: tuple[str, ...]) -> Settings:
     """The settings that the options ask for; `UsageProblem` where they contradict."""
     output, only = options.pop("output_as"), options.pop("only")
-    if bool(belts) != (options["belt_speed"] is not None):
-        raise UsageProblem(
-            "--belt and --belt-speed go together: the belt's course gives the sense, the speed the rate"
-        )
-    if not belts and (options["touch_gap"] is not None or options["ramp"]):
-        raise UsageProblem("--touch-gap and --ramp need --belt: nothing is driven without one")
+    needs_belt = (options["belt_speed"], options["touch_gap"], options["ramp"] or None)
+    if not belts and any(value is not None for value in needs_belt):
+        raise UsageProblem("--belt-speed, --touch-gap and --ramp need --belt: nothing is driven without one")
     settings = Settings(output=output, only=only.upper() if only else None, **options)
     low, high = settings.min_diameter, settings.max_diameter
     if low is not None and high is not None and low > high:

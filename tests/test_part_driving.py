@@ -88,13 +88,13 @@ FIVE_DIGITS = 1e-4
 
 @pytest.fixture(scope="module")
 def belt():
-    return belt_of(loop_deck(), "belt.inp")
+    return belt_of(loop_deck(), "belt.inp", SPEED)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_sense_and_speed_follow_from_side_and_course(belt, name):
     one, expected = CASES[name]
-    (found,), warnings = driven([one], belt, SPEED)
+    (found,), warnings = driven([one], belt)
     assert found.speed == pytest.approx(SPEED * expected, rel=FIVE_DIGITS)
     assert not warnings
 
@@ -103,13 +103,15 @@ def test_sense_and_speed_follow_from_side_and_course(belt, name):
 def test_an_axis_the_other_way_and_a_belt_backwards_turn_the_sign(belt, name):
     one, expected = CASES[name]
     flipped = replace(one, axis=(0.0, -1.0, 0.0))
-    assert driven([flipped], belt, SPEED)[0][0].speed == pytest.approx(-SPEED * expected, rel=FIVE_DIGITS)
-    assert driven([one], belt, -SPEED)[0][0].speed == pytest.approx(-SPEED * expected, rel=FIVE_DIGITS)
+    assert driven([flipped], belt)[0][0].speed == pytest.approx(-SPEED * expected, rel=FIVE_DIGITS)
+    assert driven([one], belt_of(loop_deck(), "b", -SPEED))[0][0].speed == pytest.approx(
+        -SPEED * expected, rel=FIVE_DIGITS
+    )
 
 
 def test_the_surface_moves_with_the_belt_where_they_touch(belt):
     one, _ = CASES["return idler"]
-    (found,), _ = driven([one], belt, SPEED)
+    (found,), _ = driven([one], belt)
     arm = np.array([0, 0, 0.05])
     assert np.cross(np.multiply(found.axis, found.speed), arm) == pytest.approx(
         [-SPEED, 0, 0], abs=1e-4 * SPEED
@@ -118,44 +120,44 @@ def test_the_surface_moves_with_the_belt_where_they_touch(belt):
 
 def test_turning_and_moving_everything_changes_nothing(belt):
     turn, shift = Rotation.from_rotvec([0.4, -0.7, 1.1]), np.array([10.0, -20.0, 5.0])
-    moved = belt_of(loop_deck(turn, shift), "belt.inp")
+    moved = belt_of(loop_deck(turn, shift), "belt.inp", SPEED)
     for one, expected in CASES.values():
         axis = turn.apply(one.axis)
         there = replace(one, centre=tuple(turn.apply(one.centre) + shift), axis=tuple(axis))
-        assert driven([there], moved, SPEED)[0][0].speed == pytest.approx(SPEED * expected, rel=FIVE_DIGITS)
+        assert driven([there], moved)[0][0].speed == pytest.approx(SPEED * expected, rel=FIVE_DIGITS)
 
 
 def test_cylinders_that_no_belt_touches_are_named_with_their_gap(belt):
     low = replace(CASES["carrying idler"][0], name="low", centre=(1.0, 0.0, RADIUS - 0.05 - 0.008))
     far = replace(low, name="far", centre=(1.0, 0.0, 5.0))
     beside = replace(low, name="beside", centre=(1.0, 1.0, RADIUS - 0.05))
-    found, (warning,) = driven([low, far, beside], belt, SPEED)
+    found, (warning,) = driven([low, far, beside], belt)
     assert [one.speed for one in found] == [None, None, None]
     assert "no belt touches 3" in warning
     assert "low (8 mm apart)" in warning
     assert "far (out of reach)" in warning
-    assert driven([low], belt, SPEED, touch_gap=0.009)[0][0].speed == pytest.approx(50, rel=FIVE_DIGITS)
+    assert driven([low], belt, touch_gap=0.009)[0][0].speed == pytest.approx(50, rel=FIVE_DIGITS)
 
 
 def test_cylinders_that_cut_into_the_belt_are_named_with_their_depth(belt):
     high = replace(CASES["carrying idler"][0], name="high", centre=(1.0, 0.0, RADIUS - 0.05 + 0.003))
-    (found,), (warning,) = driven([high], belt, SPEED)
+    (found,), (warning,) = driven([high], belt)
     assert "cut into the belt: high (3 mm)" in warning
     assert found.speed == pytest.approx(50, rel=FIVE_DIGITS)
 
 
 def test_a_disc_between_two_columns_is_driven_too(belt):
     disc = replace(CASES["carrying idler"][0], length=0.004)
-    assert driven([disc], belt, SPEED)[0][0].speed == pytest.approx(50, rel=FIVE_DIGITS)
+    assert driven([disc], belt)[0][0].speed == pytest.approx(50, rel=FIVE_DIGITS)
 
 
 def test_a_roller_along_the_belt_is_not_driven_by_it(belt):
     along = replace(CASES["carrying idler"][0], axis=(1.0, 0.0, 0.0))
-    assert driven([along], belt, SPEED)[0][0].speed is None
+    assert driven([along], belt)[0][0].speed is None
 
 
 def test_rollers_are_ordered_along_the_belt(belt):
-    found, _ = driven([one for one, _ in CASES.values()], belt, SPEED)
+    found, _ = driven([one for one, _ in CASES.values()], belt)
     stations = dict(zip(CASES, (one.station for one in found)))
     order = sorted((name for name in CASES if name != "tail pulley"), key=lambda name: stations[name])
     assert order == [
@@ -172,15 +174,31 @@ def test_rollers_are_ordered_along_the_belt(belt):
     assert stations["head pulley"] == pytest.approx(DISTANCE + pi * (RADIUS + HALF) / 2, abs=PITCH)
 
 
-def test_two_belts_drive_what_they_touch():
+def test_two_belts_drive_what_they_touch_each_at_its_speed():
     far = loop_deck(shift=(0.0, 10.0, 0.0))
-    both = joined([belt_of(loop_deck(), "a"), belt_of(far, "b")])
+    both = joined([belt_of(loop_deck(), "a", SPEED), belt_of(far, "b", 2 * SPEED)])
     one, expected = CASES["carrying idler"]
     other = replace(one, centre=(1.0, 10.0, RADIUS - 0.05))
-    found, warnings = driven([one, other], both, SPEED)
-    assert [r.speed for r in found] == pytest.approx([SPEED * expected] * 2, rel=FIVE_DIGITS)
+    found, warnings = driven([one, other], both)
+    assert [r.speed for r in found] == pytest.approx(
+        [SPEED * expected, 2 * SPEED * expected], rel=FIVE_DIGITS
+    )
     assert found[1].station > found[0].station
     assert not warnings
+
+
+def test_a_belt_that_moves_in_its_file_needs_no_speed():
+    deck = loop_deck()
+    with pytest.raises(BeltError, match="no \\*INITIAL VELOCITY of the belt"):
+        belt_of(deck, "belt.inp")
+    block = deck.blocks("PARTICLE")[0]
+    along = Rotation.from_quat(block.rows["orientation"], scalar_first=True).apply([1, 0, 0])
+    moving = {"id": block.rows["id"], "velocity": 3 * along, "angular_velocity": 0 * along}
+    deck.add("INITIAL VELOCITY", rows=moving)
+    one, expected = CASES["carrying idler"]
+    assert driven([one], belt_of(deck, "belt.inp"))[0][0].speed == pytest.approx(
+        3 * expected, rel=FIVE_DIGITS
+    )
 
 
 def test_a_deck_without_a_belt_is_refused():

@@ -214,7 +214,7 @@ def test_a_preview_is_drawn(run, frame):
         (("frame.sat", "--diameter-limit", "300mn"), 2, "unit 'mn'"),
         (("frame.sat", "--diameter-limit", "-1"), 2, "out of range"),
         (("frame.sat", "--edge-radius", "nan"), 2, "not a number"),
-        (("frame.sat", "--belt-speed", "2"), 2, "--belt and --belt-speed"),
+        (("frame.sat", "--belt-speed", "2"), 2, "need --belt"),
         (("frame.sat", "--ramp", "2"), 2, "need --belt"),
         (("frame.sat", "--min-diameter", "2", "--max-diameter", "1"), 2, "above"),
         (("frame.sat", "--pulley-colour", "red"), 2, "not a colour"),
