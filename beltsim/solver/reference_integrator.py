@@ -3,8 +3,8 @@
 Omelyan, Mryglod and Folk 2002 (Computer Physics Communications 146, 188): five drifts and four kicks a step, stable
 up to some 1.2 of the step that velocity Verlet can take.
 It holds for forces that depend on positions only, so scenes with damping or friction are refused (`beltsim.stepsize`).
-The free rotation of each drift must be of fourth order too: the symplectic splitting of `steps.turn_freely` is of second
-order, and three of them with Yoshida's weights (1990, Physics Letters A 150, 262) are of fourth.
+The free rotation of each drift must be of fourth order too: the symplectic splitting of `steps.turn_freely` is of
+second order, and three of them with the weights of Yoshida (1990, Physics Letters A 150, 262) are of fourth.
 """
 
 from __future__ import annotations
