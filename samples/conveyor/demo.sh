@@ -22,9 +22,11 @@ beltsim view "$folder/case.h5" -o "$folder/trough.png" --section x=2.65 --azimut
     --zoom 2.2,-0.4,0.85,2.65,0.4,1.15 --overwrite
 beltsim view "$folder/case.h5" -o "$folder/sag.png" --color-by height --range 0.97,1.03 --hide bulk \
     --azimuth -70 --elevation 40 --zoom 0.7,-0.45,0.8,5.4,0.45,1.1 --overwrite
+beltsim view "$folder/case.h5" -o "$folder/conveyor.html" --overwrite
 
 echo "Done, all in $folder:"
 echo "  conveyor.png  the whole conveyor, loaded and running"
 echo "  trough.png    cut half-way between two idler sets"
 echo "  sag.png       height of the belt, its load hidden: it sags between the idler sets"
+echo "  conveyor.html the conveyor to turn, zoom and cut in a browser"
 echo "  case.h5       the trajectory, for beltsim view, VTK and h5py"
