@@ -9,7 +9,8 @@ import click
 
 from beltsim import __version__, console
 
-from .options import add_options, settings_from
+from .options import add_options
+from .settings import settings_from
 
 
 @click.command(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})

@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from beltsim.console import UsageProblem
 from beltsim.inp import Deck
 
 from .belt import Belt, Making, ids_of, masses
-from .cells import inertia
+from .cells import Cells, inertia
 from .frames import angular_velocities
 from .properties import Sheet, mass_per_area
+
+MOST_SPHERES = (
+    50  # types of spheres in one belt: half cells need three, a graded mesh as many as it has cells
+)
 
 
 def add_particles(deck: Deck, belt: Belt, making: Making) -> None:
     """Append contact groups, particle types with their particles, sizes of uneven cells, and velocities."""
     ids = ids_of(belt, making)
     _add_groups(deck, making)
-    for name, (side, zone, chosen) in _kinds(belt, making).items():
-        group = _group(making, side)
-        deck.add("PARTICLE TYPE", name=name, **_type_parameters(belt, making, zone), contact_group=group)
-        position, orientation = belt.grid.points[chosen], belt.orientation[chosen]
-        rows = {"id": ids[chosen], "position": position, "orientation": orientation}
+    for name, kind in _kinds(belt, making).items():
+        parameters = _type_parameters(belt.sheets[kind.zone], making, *map(np.array, kind.cell))
+        deck.add("PARTICLE TYPE", name=name, **parameters, contact_group=_group(making, kind.side))
+        position, orientation = belt.grid.points[kind.chosen], belt.orientation[kind.chosen]
+        rows = {"id": ids[kind.chosen], "position": position, "orientation": orientation}
         deck.add("PARTICLE", type=name, rows=rows)
-    _add_sizes(deck, belt, making, ids)
+    if making.shape == "box":
+        _add_sizes(deck, belt, making, ids)
     if making.speed is not None:
         _add_velocities(deck, belt, making.speed, ids)
 
@@ -40,18 +47,51 @@ def _add_groups(deck: Deck, making: Making) -> None:
         deck.add("CONTACT GROUP PAIR", group_a=left, group_b=right, contact=True)
 
 
-def _kinds(belt: Belt, making: Making) -> dict[str, tuple[str, int, np.ndarray]]:
-    """Contact side, zone and particles (mask) of each type, by its name: one for each fibre, side and zone."""
+class Kind(NamedTuple):
+    """Particles of one type: contact side, zone, sides of the type's cell (a, b), m, and the particles (R, C)."""
+
+    side: str
+    zone: int
+    cell: tuple[float, float]
+    chosen: np.ndarray
+
+
+def _kinds(belt: Belt, making: Making) -> dict[str, Kind]:
+    """The types by their names: one for each fibre, side, zone and, of spheres, size of cell."""
     columns = belt.zone.shape[1]
     sides, fibres = _sides(columns, making.touching_columns), _fibre_names(columns, making)
-    kinds: dict[str, tuple[str, int, np.ndarray]] = {}
+    sizes, size = _sizes_of_types(belt.cells, making)
+    kinds: dict[str, Kind] = {}
     for j in range(columns):
-        for zone in np.unique(belt.zone[:, j]).tolist():
-            parts = [fibres[j], sides[j], belt.zone_names[zone]]
+        for zone, k in np.unique(np.stack([belt.zone[:, j], size[:, j]], axis=1), axis=0).tolist():
+            parts = [fibres[j], sides[j], belt.zone_names[zone], f"c{k + 1}" if k else ""]
             name = making.prefix + "_".join(part for part in parts if part)
-            chosen = kinds.setdefault(name, (sides[j], zone, np.zeros(belt.zone.shape, bool)))[2]
-            chosen[:, j] = belt.zone[:, j] == zone
+            fresh = Kind(sides[j], zone, sizes[k], np.zeros(belt.zone.shape, bool))
+            chosen = kinds.setdefault(name, fresh).chosen
+            chosen[:, j] = (belt.zone[:, j] == zone) & (size[:, j] == k)
     return kinds
+
+
+def _sizes_of_types(cells: Cells, making: Making) -> tuple[list[tuple[float, float]], np.ndarray]:
+    """Cells (a, b) that need a type of their own, commonest first, and which one (R, C) each particle has.
+
+    Boxes have one: *PARTICLE SIZE gives each its own. It knows no spheres, so these need a type for each size.
+    """
+    if making.shape != "sphere":
+        return [cells.nominal], np.zeros(cells.along.shape, np.int64)
+    pairs = np.stack([cells.along.ravel(), cells.across.ravel()], axis=1)
+    steps = np.round(pairs / pairs.max(axis=0) * 1e9)
+    _, first, kind, counts = np.unique(
+        steps, axis=0, return_index=True, return_inverse=True, return_counts=True
+    )
+    if len(first) > MOST_SPHERES:
+        raise UsageProblem(f"--shape sphere: the cells have {len(first)} sizes; boxes suit an uneven mesh")
+    order = np.argsort(-counts, kind="stable")
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return [tuple(pair) for pair in pairs[first[order]].tolist()], rank[kind.ravel()].reshape(
+        cells.along.shape
+    )
 
 
 def _sides(columns: int, touching: int) -> list[str]:
@@ -70,9 +110,7 @@ def _fibre_names(columns: int, making: Making) -> list[str]:
     return [f"{making.fibre_name}_{j:0{digits}d}" for j in range(1, columns + 1)]
 
 
-def _type_parameters(belt: Belt, making: Making, zone: int) -> dict:
-    sheet = belt.sheets[zone]
-    along, across = (np.array(side) for side in belt.cells.nominal)
+def _type_parameters(sheet: Sheet, making: Making, along: np.ndarray, across: np.ndarray) -> dict:
     mass = mass_per_area(sheet) * along * across
     moments = inertia(mass, along, across, np.array(sheet.thickness)).tolist()
     size = outer_size(along, across, sheet, making).tolist()
@@ -86,7 +124,12 @@ def _type_parameters(belt: Belt, making: Making, zone: int) -> dict:
 
 def edge_radius(sheet: Sheet, making: Making) -> float:
     """Radius of the boxes' edges, m: 0.4 of the thickness unless stated."""
-    return 0.4 * sheet.thickness if making.edge_radius is None else making.edge_radius
+    radius = 0.4 * sheet.thickness if making.edge_radius is None else making.edge_radius
+    if 2 * radius > sheet.thickness:
+        raise UsageProblem(
+            f"--edge-radius {radius:.4g} m is more than half the thickness, {sheet.thickness:.4g} m"
+        )
+    return radius
 
 
 def outer_size(along: np.ndarray, across: np.ndarray, sheet: Sheet, making: Making) -> np.ndarray:

@@ -50,7 +50,12 @@ def test_stdin_and_file_give_the_same_belt(run):
 
 def test_a_converted_belt_and_steps_make_a_case_that_passes_every_check(run):
     tail = "*STEP, DURATION=1\n*OUTPUT, INTERVAL=0.1\n*GRAVITY\n0, 0, -9.81\n"
-    options = [[], ["--touching-edges", "2"], ["--fibres", "rows", "--edge", "half"], ["--shape", "sphere"]]
+    options = [
+        [],
+        ["--touching-edges", "2"],
+        ["--fibres", "rows", "--edge", "half"],
+        ["--shape", "sphere", "--edge", "half"],
+    ]
     for words in options:
         text = run("belt.stl", "--unit", "m", "--belt-speed", "2.5m/s", *words).stdout
         inp.check_case(inp.read_text(text + tail))

@@ -322,6 +322,14 @@ def test_spheres_are_as_wide_as_the_pitch_and_weigh_as_much_as_their_cell():
     assert kind["MASS"] == pytest.approx(SHEET.mass_per_area * LENGTH * WIDTH / 40)
 
 
+def test_spheres_on_the_edge_weigh_half_in_types_of_their_own():
+    made = strip(10, 4, True)
+    deck, _ = converted(made, sheet=SHEET, half_edges=True, making=Making(shape="sphere"))
+    assert masses(deck).sum() == pytest.approx(SHEET.mass_per_area * LENGTH * WIDTH)
+    found = sorted((block["TYPE"], len(block)) for block in deck.blocks("PARTICLE"))
+    assert found == [("belt", 16), ("belt_c2", 16), ("belt_c3", 4), ("belt_c4", 4)]
+
+
 def test_fibres_get_names_and_rules_that_agree_with_the_bond_blocks():
     made = strip(6, 4, False)
     for fibres, names in {
