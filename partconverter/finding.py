@@ -53,7 +53,7 @@ def find_rollers(
     for solid in model.solids:
         _sort_in(found, model, solid, recognise(model, solid, section=section), cones)
         model.forget()
-    _warn(found, model, unit_given=unit_mm is not None)
+    _warn(found, model)
     return found
 
 
@@ -83,9 +83,9 @@ def _sort_in(found: Found, model: Model, solid: Solid, what: Turned | LeftOut, c
         found.rollers.append(roller)
 
 
-def _warn(found: Found, model: Model, *, unit_given: bool) -> None:
+def _warn(found: Found, model: Model) -> None:
     name, warnings = model.sat.name, found.warnings
-    if found.rollers and not unit_given:
+    if found.rollers:
         largest = max(roller.diameter for roller in found.rollers)
         if not USUAL_DIAMETERS[0] <= largest <= USUAL_DIAMETERS[1]:
             warnings.append(

@@ -21,7 +21,7 @@ _BEGINNINGS = (
     (rb"\s*<", "XML or HTML"),
     (rb"version https://git-lfs", "a Git LFS pointer (the file itself was not fetched)"),
     (rb"\s*(#[^\n]*\n\s*)*(mtllib|v |vn |o |g )", "Wavefront OBJ"),
-    (rb"\s*\*[A-Za-z]", "an INP deck"),
+    (rb"\s*(\*\*[^\n]*\n\s*)*\*[A-Za-z]", "an INP deck"),
     (rb"ply\r?\n", "PLY"),
     (rb"glTF", "glTF"),
     (rb"\s*DBRep_DrawableShape|CASCADE Topology", "Open CASCADE BREP"),

@@ -114,13 +114,13 @@ def identified(rollers: list[Roller], tolerance: float | None = None) -> list[Ro
 
 
 def _clusters(values: list[float], tolerance: float | None) -> list[int]:
-    """Cluster number of each value: sorted, a gap above the tolerance begins a new one."""
+    """Cluster number of each value: in order of size, one beyond the tolerance of the first begins a new cluster."""
     order = sorted(range(len(values)), key=lambda i: values[i])
-    numbers, current = [0] * len(values), 0
-    for before, i in zip([None, *order], order):
-        if before is not None:
-            gap = tolerance if tolerance is not None else max(1e-5, 1e-5 * abs(values[i]))
-            current += values[i] - values[before] > gap
+    numbers, first = [0] * len(values), values[order[0]] if order else 0.0
+    current = 0
+    for i in order:
+        if values[i] - first > (max(1e-5, 1e-5 * abs(first)) if tolerance is None else tolerance):
+            first, current = values[i], current + 1
         numbers[i] = current
     return numbers
 

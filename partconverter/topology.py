@@ -80,14 +80,17 @@ class Model:
         return self._is_reversed(face)
 
     def _is_reversed(self, record: int) -> bool:
-        """The sense of a face or edge: the field behind its last pointer."""
+        """The sense of a face or edge: its word, before version 2.2 a digit behind the last pointer."""
         words = self.sat.words(record)
+        for word in words:
+            if word in ("forward", "reversed"):
+                return word == "reversed"
         last = max((i for i, word in enumerate(words) if word[0] == "$"), default=0)
         sense = words[last + 1] if last + 1 < len(words) else "nothing"
-        if sense not in ("forward", "reversed", "0", "1"):
+        if sense not in ("0", "1"):
             found = f"found the sense {sense!r} in a {words[0]}, expected forward or reversed"
             raise SatError(self.sat.problem(record, found))
-        return sense in ("reversed", "1")
+        return sense == "1"
 
     def is_sheet(self, face: int) -> bool:
         """Whether both sides of a face are outside: a sheet without thickness."""

@@ -67,6 +67,13 @@ def test_place_and_direction_play_no_part_in_identity_but_every_size_does():
     assert [r.identical for r in rollers] == [3, 3, 3, 1, 1, 1, 1]
 
 
+def test_a_row_of_sizes_each_near_the_next_does_not_run_together():
+    rollers = roll.identified(roll.sized([one(0.1 + 0.000008 * i) for i in range(10)]))
+    # All of a kind are written with one size, which must lie within the tolerance of each.
+    assert max(abs(r.diameter - (0.1 + 0.000008 * i)) for i, r in enumerate(rollers)) <= 1e-5
+    assert len({r.diameter for r in rollers}) == 5
+
+
 def test_the_tolerance_is_the_users():
     rollers = roll.sized([one(0.108), one(0.1085)])
     assert roll.identified(rollers)[0].identical == 1
