@@ -126,6 +126,53 @@ def add_cylinder(
     )
 
 
+def add_grid(deck, rows, columns, *, pitch=0.02, fixed="YES", material="stuff", young=1e6):
+    """A flat belt of bonded boxes, held unless told, in the plane z = 0; their flats meet at the seams.
+
+    Rows run along x from the origin. Returns the ids (rows, columns).
+    """
+    places = np.array([(pitch * i, pitch * j, 0.0) for i in range(rows) for j in range(columns)])
+    edge = 0.004
+    ids = add_boxes(
+        deck,
+        places,
+        size=(pitch + 2 * edge, pitch + 2 * edge, 0.01),
+        edge_radius=edge,
+        group="belt",
+        material=material,
+        fixed=fixed,
+    )
+    deck.add(
+        "BOND TYPE",
+        name="rubber",
+        section_width=pitch,
+        section_thickness=0.01,
+        youngs_modulus=young,
+        poisson_ratio=0.3,
+    )
+    at = ids.reshape(rows, columns)
+    pairs = np.vstack(
+        [
+            np.stack([at[:-1].ravel(), at[1:].ravel()], axis=1),
+            np.stack([at[:, :-1].ravel(), at[:, 1:].ravel()], axis=1),
+        ]
+    )
+    rest = dict(zip(ids.tolist(), places))
+    upright = np.tile(UPRIGHT, (len(pairs), 1))
+    deck.add(
+        "BOND",
+        type="rubber",
+        rows={
+            "particles": pairs,
+            "position_1": [rest[a] for a, _ in pairs.tolist()],
+            "orientation_1": upright,
+            "position_2": [rest[b] for _, b in pairs.tolist()],
+            "orientation_2": upright,
+        },
+    )
+    return at
+
+
 def tilted(angle: float) -> tuple:
     """Orientation of a plane that falls towards +x by `angle` [rad]."""
     return (np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0)

@@ -160,7 +160,7 @@ def test_pairs_across_cell_borders_on_both_sides_of_the_origin_are_found():
 
 def test_the_neighbours_of_a_box_under_one_sphere_are_linked():
     deck = scenes.case(time_step=1e-6)
-    add_grid(deck, 4, 3)
+    scenes.add_grid(deck, 4, 3)
     scenes.add_spheres(deck, [(0.03, 0.02, 0.012)], radius=0.015)
     state = scenes.start(deck)
     contacts = state.lists.boxes[0]
@@ -173,49 +173,6 @@ def test_the_neighbours_of_a_box_under_one_sphere_are_linked():
         }
         assert linked == wanted
     assert contacts.second.size > 4
-
-
-def add_grid(deck, rows, columns, *, pitch=0.02, fixed="YES", position=lambda x: x):
-    """A belt of overlapping bonded boxes in the plane z = 0, its flats meeting at the seams; returns their ids."""
-    places = np.array([(pitch * i, pitch * j, 0.0) for i in range(rows) for j in range(columns)])
-    edge = 0.004
-    ids = scenes.add_boxes(
-        deck,
-        position(places),
-        size=(pitch + 2 * edge, pitch + 2 * edge, 0.01),
-        edge_radius=edge,
-        group="belt",
-        fixed=fixed,
-    )
-    deck.add(
-        "BOND TYPE",
-        name="rubber",
-        section_width=pitch,
-        section_thickness=0.01,
-        youngs_modulus=1e6,
-        poisson_ratio=0.3,
-    )
-    at = ids.reshape(rows, columns)
-    pairs = np.vstack(
-        [
-            np.stack([at[:-1].ravel(), at[1:].ravel()], axis=1),
-            np.stack([at[:, :-1].ravel(), at[:, 1:].ravel()], axis=1),
-        ]
-    )
-    rest = dict(zip(ids.tolist(), places))
-    upright = np.tile(scenes.UPRIGHT, (len(pairs), 1))
-    deck.add(
-        "BOND",
-        type="rubber",
-        rows={
-            "particles": pairs,
-            "position_1": [rest[a] for a, _ in pairs.tolist()],
-            "orientation_1": upright,
-            "position_2": [rest[b] for _, b in pairs.tolist()],
-            "orientation_2": upright,
-        },
-    )
-    return ids
 
 
 def mark(state, rng):

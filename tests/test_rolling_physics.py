@@ -1,0 +1,347 @@
+"""Spheres and boxes that rest, roll and slide: on planes, on a belt of boxes, on cylinders."""
+
+import numpy as np
+import pytest
+import scenes
+
+G = 9.81
+DOWN = (0.0, 0.0, -G)
+RADIUS = 0.05
+MASS = 1200.0 * 4.0 / 3.0 * np.pi * RADIUS**3
+MODULUS = 5.0e6 / (1.0 - 0.3**2)  # of scenes.SOFT against something rigid
+RIGID = {"density": 1000.0, "youngs_modulus": 1e25, "poisson_ratio": 0.3}
+MATERIALS = {"stuff": scenes.SOFT, "rigid": RIGID}
+
+
+def static_overlap(weight, radius=RADIUS, modulus=MODULUS):
+    """Hertz overlap of a sphere that carries a weight on a plane."""
+    return (3.0 * weight / (4.0 * modulus * np.sqrt(radius))) ** (2.0 / 3.0)
+
+
+def lying_sphere(*, angle=0.0, velocity=None, rolling=0.0, friction=0.3, surface=None, time_step=5e-5):
+    """A sphere at its static overlap on a rigid plane, seen in the axes of the plane that falls towards +x."""
+    gravity = (G * np.sin(angle), 0.0, -G * np.cos(angle))
+    deck = scenes.case(
+        time_step=time_step,
+        gravity=gravity,
+        materials=MATERIALS,
+        friction=friction,
+        restitution=0.5,
+        rolling=rolling,
+        duration=10.0,
+    )
+    height = RADIUS - static_overlap(MASS * G * np.cos(angle))
+    scenes.add_spheres(deck, [(0.0, 0.0, height)], radius=RADIUS, velocity=velocity)
+    scenes.add_plane(deck, material="rigid")
+    if surface is not None:
+        deck.add("MOTION", part="floor", type="SURFACE VELOCITY", rows={"vector": [surface]})
+    return scenes.start(deck)
+
+
+def ball(state):
+    """Position, velocity and angular velocity of the first free sphere."""
+    p, n = scenes.particles(state), scenes.slot(state, 1)
+    return p.position[:, n].copy(), p.velocity[:, n].copy(), p.angular_velocity[:, n].copy()
+
+
+def test_a_thrown_sphere_slides_and_then_rolls_at_five_sevenths_of_its_speed():
+    state = lying_sphere(velocity=(1.0, 0.0, 0.0))
+    until = 2.0 / (7.0 * 0.3 * G)
+    scenes.advance(state, round(until / 5e-5))
+    place, velocity, _ = ball(state)
+    assert place[0] == pytest.approx(12.0 / (49.0 * 0.3 * G), rel=2e-3)
+    assert velocity[0] == pytest.approx(5.0 / 7.0, rel=2e-3)
+    scenes.advance(state, 4000)
+    _, velocity, spin = ball(state)
+    assert velocity[0] == pytest.approx(5.0 / 7.0, rel=1e-3)
+    assert spin[1] * RADIUS == pytest.approx(5.0 / 7.0, rel=1e-3)
+    # rolling without resistance goes on
+    scenes.advance(state, 10_000)
+    assert ball(state)[1][0] == pytest.approx(velocity[0], rel=1e-6)
+
+
+def test_a_sphere_laid_on_a_running_belt_reaches_two_sevenths_of_its_speed():
+    state = lying_sphere(surface=(1.4, -0.7, 0.0))
+    scenes.advance(state, 8000)
+    _, velocity, spin = ball(state)
+    assert velocity[:2] == pytest.approx([0.4, -0.2], rel=1e-3)
+    # surface speed less its own: it turns against the belt
+    assert np.cross(spin, (0.0, 0.0, -RADIUS))[:2] == pytest.approx([1.0, -0.5], rel=1e-3)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.98, 1.02, 3.0])
+def test_a_sphere_on_an_incline_rolls_or_slips_as_its_friction_allows(share):
+    angle = np.radians(30.0)
+    friction = share * 2.0 / 7.0 * np.tan(angle)
+    state = lying_sphere(angle=angle, friction=friction)
+    scenes.advance(state, 4000)
+    _, first, spin_first = ball(state)
+    scenes.advance(state, 8000)
+    _, second, spin_second = ball(state)
+    if share > 1.0:
+        acceleration = 5.0 / 7.0 * G * np.sin(angle)
+        turning = acceleration / RADIUS
+    else:
+        acceleration = G * (np.sin(angle) - friction * np.cos(angle))
+        turning = 2.5 * friction * G * np.cos(angle) / RADIUS
+    assert (second - first)[0] / 0.4 == pytest.approx(acceleration, rel=1e-3)
+    assert (spin_second - spin_first)[1] / 0.4 == pytest.approx(turning, rel=2e-3)
+
+
+def test_rolling_resistance_slows_a_rolling_sphere():
+    state = lying_sphere(velocity=(1.0, 0.0, 0.0), rolling=0.05)
+    scenes.advance(state, 4000)
+    _, first, _ = ball(state)
+    scenes.advance(state, 4000)
+    # torque r_r R N against (m R^2 + I) = 7/5 m R^2
+    assert (ball(state)[1] - first)[0] / 0.2 == pytest.approx(-5.0 / 7.0 * 0.05 * G, rel=5e-3)
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_rolling_resistance_holds_a_sphere_on_an_incline_below_its_limit(share):
+    angle = np.radians(5.0)
+    resistance = share * np.tan(angle)
+    state = lying_sphere(angle=angle, friction=0.8, rolling=resistance)
+    scenes.advance(state, 20_000)
+    first = ball(state)
+    places = scenes.advance(state, 20_000, every=10, probe=lambda s: ball(s)[0][0])
+    second = ball(state)
+    if share > 1.0:
+        # It rocks on the rolling spring, which has no damper, about a place that does not creep.
+        middles = [0.5 * (half.max() + half.min()) for half in (places[:1000], places[1000:])]
+        assert abs(middles[1] - middles[0]) < 1e-6 * RADIUS
+        assert np.ptp(places) < 0.01 * RADIUS
+    else:
+        acceleration = 5.0 / 7.0 * G * (np.sin(angle) - resistance * np.cos(angle))
+        assert second[1][0] - first[1][0] == pytest.approx(acceleration, rel=5e-3)
+
+
+def test_a_column_of_spheres_carries_its_weight():
+    count = 5
+    deck = scenes.case(
+        time_step=5e-5, gravity=DOWN, materials=MATERIALS, friction=0.3, restitution=0.3, duration=10.0
+    )
+    heights = RADIUS * (1 + 2 * np.arange(count))
+    scenes.add_spheres(deck, [(0.0, 0.0, z) for z in heights], radius=RADIUS)
+    scenes.add_plane(deck, material="rigid")
+    deck.add("DAMPING", mass_proportional=30.0)
+    state = scenes.start(deck)
+    scenes.advance(state, 60_000)
+    carried = MASS * G * np.arange(count, 0, -1)
+    overlaps = np.append(
+        static_overlap(carried[:1]), static_overlap(carried[1:], radius=RADIUS / 2, modulus=MODULUS / 2)
+    )
+    found = heights - scenes.particles(state).position[2]
+    assert np.diff(found, prepend=0.0) == pytest.approx(overlaps, rel=1e-8)
+    assert scenes.kinetic_energy(state) < 1e-12 * MASS * G * RADIUS
+    assert state.scene.machinery.parts.force[2, 0] == pytest.approx(-count * MASS * G, rel=1e-8)
+
+
+def test_a_bouncing_sphere_loses_height_by_the_square_of_its_restitution():
+    deck = scenes.case(
+        time_step=1e-6,
+        gravity=DOWN,
+        materials={"stuff": {**scenes.SOFT, "youngs_modulus": 1e11}, "rigid": RIGID},
+        restitution=0.7,
+        duration=10.0,
+    )
+    scenes.add_spheres(deck, [(0.0, 0.0, 0.1 + RADIUS)], radius=RADIUS)
+    scenes.add_plane(deck, material="rigid")
+    state = scenes.start(deck)
+    height = scenes.advance(state, 640_000, every=200, probe=lambda s: ball(s)[0][2] - RADIUS)
+    inside = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
+    peaks = height[inside][:3]
+    # Gravity works along the overlap too: 0.06 mm, 0.5 % of the third height.
+    assert peaks == pytest.approx(0.1 * 0.7 ** (2.0 * np.arange(1, 4)), rel=0.01)
+
+
+# A belt of boxes under a sphere
+
+
+PITCH = 0.02
+TOP = 0.005
+
+
+def sphere_on_belt(velocity, *, start=(0.05, 0.03), force=None, friction=0.6, belt=None, rolling=0.0):
+    """A sphere at its static overlap on a flat belt of held boxes; rolls at `velocity` if that is not zero."""
+    radius = 0.015
+    mass = 1200.0 * 4.0 / 3.0 * np.pi * radius**3
+    deck = scenes.case(
+        time_step=2e-5,
+        gravity=DOWN,
+        materials=MATERIALS,
+        friction=friction,
+        restitution=0.5,
+        rolling=rolling,
+        duration=10.0,
+    )
+    height = TOP + radius - static_overlap(mass * G, radius)
+    spin = np.cross((0.0, 0.0, 1.0), velocity) / radius
+    ids = scenes.add_spheres(deck, [(*start, height)], radius=radius, velocity=velocity, spin=spin)
+    scenes.add_grid(deck, 12, 6, pitch=PITCH, material="rigid")
+    if force is not None:
+        deck.add("FORCE", rows={"id": ids, "force": [force], "torque": [(0.0, 0.0, 0.0)]})
+    if belt is not None:
+        deck.add("MOTION", particle_type="box", type="VELOCITY", rows={"vector": [belt]})
+    return scenes.start(deck), mass
+
+
+def contact_load(state, mass, given=(0.0, 0.0, 0.0)):
+    """Force of the belt on the sphere."""
+    n = scenes.slot(state, 1)
+    return scenes.particles(state).force[:, n] - mass * np.array(DOWN) - np.array(given)
+
+
+@pytest.mark.parametrize(
+    "velocity",
+    [(0.5, 0.0, 0.0), (0.0, 0.15, 0.0), (0.4, 0.13, 0.0), (0.02, 0.003, 0.0)],
+    ids=["along", "across", "oblique", "slow"],
+)
+@pytest.mark.parametrize("start", [(0.05, 0.03), (0.0507, 0.0222)], ids=["on seams", "anywhere"])
+def test_a_sphere_that_rolls_over_a_flat_belt_feels_no_seam(velocity, start):
+    state, mass = sphere_on_belt(velocity, start=start)
+    loads = scenes.advance(state, 12_000, every=5, probe=lambda s: contact_load(s, mass))
+    assert np.abs(loads[:, 2] / (mass * G) - 1.0).max() < 0.02
+    # free rolling needs no friction, at the seams neither
+    assert np.abs(loads[:, :2]).max() < 0.02 * mass * G
+    assert ball(state)[1] == pytest.approx(velocity, abs=2e-3 * np.linalg.norm(velocity))
+
+
+def test_friction_is_handed_on_at_the_seams():
+    """A rolling sphere that is pulled: its friction, 2/7 of the pull, is a spring that must survive each seam."""
+    pull = 0.05
+    state, mass = sphere_on_belt((0.3, 0.0, 0.0), force=(pull, 0.0, 0.0))
+    scenes.advance(state, 1000)
+    loads = scenes.advance(state, 12_000, every=5, probe=lambda s: contact_load(s, mass, (pull, 0.0, 0.0)))
+    assert ball(state)[0][0] > 0.05 + 4 * PITCH
+    assert loads[:, 0] == pytest.approx(-2.0 / 7.0 * pull, rel=0.02)
+
+
+def test_a_sphere_laid_on_a_running_belt_of_boxes_reaches_two_sevenths_of_its_speed():
+    state, _ = sphere_on_belt((0.0, 0.0, 0.0), start=(0.18, 0.03), belt=(0.35, 0.0, 0.0), friction=0.3)
+    scenes.advance(state, 15_000)
+    assert ball(state)[1][0] == pytest.approx(0.1, rel=2e-3)
+
+
+def test_a_sphere_at_rest_on_a_corner_of_four_boxes_stays():
+    state, mass = sphere_on_belt((0.0, 0.0, 0.0), start=(2.5 * PITCH, 1.5 * PITCH), rolling=0.01)
+    start = ball(state)[0]
+    scenes.advance(state, 20_000)
+    assert np.linalg.norm(ball(state)[0] - start) < 1e-6 * 0.015
+    assert contact_load(state, mass)[2] == pytest.approx(mass * G, rel=1e-6)
+
+
+# Boxes on cylinders
+
+
+def held_box_on_roller(
+    *, friction=0.35, overlap=1e-5, velocity=None, length=1.0, tilt=scenes.UPRIGHT, **motion
+):
+    """A long flat box held on top of a roller at an overlap."""
+    deck = scenes.case(time_step=1e-4, materials=MATERIALS, friction=friction, restitution=0.5, duration=10.0)
+    scenes.add_boxes(
+        deck,
+        [(0.0, 0.0, 0.1 + 0.005 - overlap)],
+        size=(length, 0.028, 0.01),
+        edge_radius=0.004,
+        group="belt",
+        fixed="YES",
+        orientation=tilt,
+    )
+    scenes.add_cylinder(deck, diameter=0.2, length=0.3, material="rigid")
+    if motion:
+        deck.add("MOTION", part="roller", **motion)
+    if velocity is not None:
+        deck.add("MOTION", particle_type="box", type="VELOCITY", rows={"vector": [velocity]})
+    return scenes.start(deck)
+
+
+LINE = np.pi / 4.0 * MODULUS * 0.02 * 1e-5  # pi/4 E* l d
+
+
+def test_a_flat_box_presses_a_roller_with_a_force_in_proportion_to_overlap_and_length():
+    force = held_box_on_roller().scene.machinery.parts.force[:, 0]
+    assert force == pytest.approx([0.0, 0.0, -LINE], abs=1e-9 * LINE)
+
+
+def test_a_slipping_roller_feels_friction_times_the_normal_force_times_its_radius():
+    state = held_box_on_roller(type="ROTATION", angular_velocity=4.0)
+    scenes.advance(state, 2000)
+    parts = state.scene.machinery.parts
+    assert parts.torque[:, 0] == pytest.approx([0.0, -0.35 * LINE * 0.1, 0.0], rel=1e-9, abs=1e-12)
+    assert parts.force[0, 0] == pytest.approx(-0.35 * LINE, rel=1e-9)
+
+
+def test_a_belt_spins_a_free_roller_up_to_its_speed():
+    inertia, speed = 2e-3, 0.3
+    state = held_box_on_roller(velocity=(speed, 0.0, 0.0), type="FREE ROTATION", inertia=inertia)
+    rates = scenes.advance(state, 12_000, probe=lambda s: s.scene.machinery.parts.angular_velocity[1, 0])
+    slipping = 0.35 * LINE * 0.1 / inertia
+    until = speed / 0.1 / slipping
+    early = round(0.5 * until / 1e-4)
+    assert rates[early - 1] == pytest.approx(slipping * early * 1e-4, rel=2e-3)
+    assert rates[-1] == pytest.approx(speed / 0.1, rel=1e-3)
+
+
+def test_bearing_friction_below_the_grip_does_not_keep_a_roller_from_turning_with_the_belt():
+    state = held_box_on_roller(
+        velocity=(0.3, 0.0, 0.0), type="FREE ROTATION", inertia=2e-4, friction_torque=0.5 * 0.35 * LINE * 0.1
+    )
+    scenes.advance(state, 10_000)
+    assert state.scene.machinery.parts.angular_velocity[1, 0] == pytest.approx(3.0, rel=1e-3)
+    assert state.scene.machinery.parts.torque[1, 0] == pytest.approx(0.5 * 0.35 * LINE * 0.1, rel=1e-2)
+
+
+def test_a_free_box_rests_on_two_rollers():
+    deck = scenes.case(
+        time_step=2e-5, gravity=DOWN, materials=MATERIALS, friction=0.4, restitution=0.3, duration=10.0
+    )
+    scenes.add_boxes(deck, [(0.0, 0.0, 0.105)], size=(0.4, 0.108, 0.01), edge_radius=0.004, group="belt")
+    for name, x in (("left", -0.15), ("right", 0.1)):
+        scenes.add_cylinder(deck, name=name, diameter=0.2, length=0.3, point=(x, 0.0, 0.0), material="rigid")
+    deck.add("DAMPING", mass_proportional=30.0)
+    state = scenes.start(deck)
+    scenes.advance(state, 50_000)
+    p, parts = scenes.particles(state), state.scene.machinery.parts
+    weight = p.mass[0] * G
+    # levers of 0.15 and 0.1 m
+    assert parts.force[2] == pytest.approx([-0.4 * weight, -0.6 * weight], rel=1e-4)
+    assert scenes.kinetic_energy(state) < 1e-12 * weight * 0.1
+
+
+def test_momentum_goes_from_an_oblique_sphere_into_a_free_box_and_none_is_lost():
+    deck = scenes.case(time_step=1e-5, friction=0.4, restitution=0.6)
+    scenes.add_boxes(deck, [(0.0, 0.0, 0.0)], size=(0.1, 0.06, 0.02), edge_radius=0.004, group="belt")
+    scenes.add_spheres(
+        deck, [(0.03, 0.02, 0.0301)], radius=0.02, velocity=(0.5, 0.2, -1.0), spin=(5.0, 30.0, -10.0)
+    )
+    state = scenes.start(deck)
+    before, turning = scenes.momenta(state)
+    scenes.advance(state, 4000)
+    after, turned = scenes.momenta(state)
+    assert scenes.particles(state).angular_velocity[1, 0] > 1.0
+    assert after == pytest.approx(before, abs=1e-13)
+    assert turned == pytest.approx(turning, abs=1e-14)
+
+
+def test_groups_decide_what_touches():
+    deck = scenes.case(time_step=1e-5)
+    for name in ("one", "other"):
+        deck.add("CONTACT GROUP", name=name)
+    deck.add("CONTACT GROUP PAIR", group_a="one", group_b="other", contact=False)
+    pairs = [("one", "one"), ("one", "other"), ("one", None), (None, None)]
+    for n, groups in enumerate(pairs):
+        for side, group in zip((-1.0, 1.0), groups):
+            scenes.add_spheres(
+                deck,
+                [(0.011 * side, 0.1 * n, 0.0)],
+                radius=0.01,
+                name=f"s{n}{side}",
+                group=group,
+                velocity=(-1.0 * side, 0.0, 0.0),
+            )
+    state = scenes.start(deck)
+    scenes.advance(state, 2000)
+    p = scenes.particles(state)
+    left = [p.velocity[0, scenes.slot(state, 1 + 2 * n)] for n in range(len(pairs))]
+    assert left == pytest.approx([1.0, 1.0, -1.0, -1.0], rel=1e-2)
