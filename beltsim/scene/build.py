@@ -12,7 +12,7 @@ from beltsim.scene.bodies import BOX, SPHERE, Population, populate
 from beltsim.scene.bonding import Bonding, bonds_of
 from beltsim.scene.machinery import Machinery, amplitudes_of, machinery_of
 from beltsim.scene.touching import Groups, Materials, shapes_of
-from beltsim.scene.unbuilt import refuse_box_contacts, refuse_unbuilt
+from beltsim.scene.unbuilt import refuse_box_contacts, refuse_turned_particles, refuse_unbuilt
 from beltsim.solver.motion import Amplitudes
 from beltsim.solver.state import BondKinds, Bonds, BondStrength, Laws, Runs, Shapes
 
@@ -86,6 +86,7 @@ def build(deck: Deck) -> Scene:
     shapes = shapes_of(population, materials, groups)
     planes = [block for block in deck.blocks("PART") if block["SHAPE"] == "PLANE"]
     refuse_box_contacts(population, groups, planes)
+    refuse_turned_particles(deck, population, slots_of_motion)
     hold_moved_particles(deck, population)
     bonding = bonds_of(deck, population)
     amplitudes, tables = amplitudes_of(deck)

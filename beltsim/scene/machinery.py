@@ -27,6 +27,7 @@ class PartInfo:
     type_name: str  # particle type, "" for a *PART
     id: int  # of the particle
     inertia: float  # about its axis, of a cylinder particle; 0 for a *PART
+    spins: bool = False  # held by its position only, so that it turns freely unless a motion says else
 
 
 @dataclass
@@ -96,6 +97,7 @@ def row_of_cylinder(population: Population, slot: int, materials: Materials, gro
         body.name,
         particle_id,
         float(population.particles.inertia[2, slot]),
+        body.fixed == "POSITION",
     )
     radius, _, half_length = population.half_extent[slot]
     return info, (
@@ -175,11 +177,11 @@ def drives_of(
 
 
 def at_rest(machinery: Machinery) -> tuple[Spins, Slides]:
-    """Parts that stay, cylinder particles that spin freely."""
+    """Parts that stay; cylinder particles held by their position spin freely."""
     count = len(machinery.info)
     inertia = np.array([part.inertia for part in machinery.info])
     spins = Spins(
-        mode=np.array([FREE if part.particle >= 0 else PRESCRIBED for part in machinery.info], np.int8),
+        mode=np.array([FREE if part.spins else PRESCRIBED for part in machinery.info], np.int8),
         rate=np.zeros(count),
         amplitude=np.full(count, -1, np.int32),
         inertia=np.where(inertia > 0.0, inertia, 1.0) if count else np.ones(0),

@@ -11,7 +11,6 @@ from beltsim.scene.touching import Groups
 
 NOT_BUILT = {
     "FILL": "bulk from *SOURCE or *PARTICLE",
-    "MEASURE": "no *MEASURE (the trajectory holds every particle)",
     "CHECKPOINT": "no *CHECKPOINT",
 }
 
@@ -37,10 +36,25 @@ def refuse_unbuilt(deck: Deck) -> None:
     for block in deck.blocks("PART"):
         if block["SHAPE"] == "MESH":
             problems.append(problem(block, "SHAPE=MESH, which is not built yet", "CYLINDER or PLANE"))
+    for block in deck.blocks("PARTICLE TYPE"):
+        problems += fixing_problems(block)
     for block in deck.blocks("MOTION"):
         problems += motion_problems(block)
     if problems:
         raise SceneError("\n".join(problems))
+
+
+def fixing_problems(block: Block) -> list[str]:
+    """What is not built of the ways to hold particles: cylinders that fly, boxes and spheres that only spin."""
+    if block["SHAPE"] == "CYLINDER" and block["FIXED"] == "NO":
+        return [
+            problem(block, "a cylinder with FIXED=NO, which is not built yet", "FIXED=POSITION or FIXED=YES")
+        ]
+    if block["SHAPE"] != "CYLINDER" and block["FIXED"] == "POSITION":
+        return [
+            problem(block, f"FIXED=POSITION of a {block['SHAPE']}, which is not built yet", "FIXED=YES or NO")
+        ]
+    return []
 
 
 def motion_problems(block: Block) -> list[str]:
@@ -53,6 +67,21 @@ def motion_problems(block: Block) -> list[str]:
     if of_particles and kind not in ("VELOCITY", "ROTATION", "FREE ROTATION", "TORQUE"):
         return [problem(block, f"TYPE={kind} of particles, which is not built yet", "a *PART")]
     return []
+
+
+def refuse_turned_particles(deck: Deck, population: Population, slots_of) -> None:
+    """Raise `SceneError` for a rotation about the local axis of particles that are no cylinders."""
+    problems = []
+    for block in deck.blocks("MOTION"):
+        if block.get("PART") is None and block["TYPE"] in ("ROTATION", "FREE ROTATION", "TORQUE"):
+            shapes = {
+                population.bodies[s].shape for s in np.unique(population.species[slots_of(block, population)])
+            }
+            for shape in sorted(shapes - {"CYLINDER"}):
+                found = f"TYPE={block['TYPE']} of a {shape}, which is not built yet"
+                problems.append(problem(block, found, "particles of shape CYLINDER"))
+    if problems:
+        raise SceneError("\n".join(problems))
 
 
 def refuse_box_contacts(population: Population, groups: Groups, planes: list[Block]) -> None:
