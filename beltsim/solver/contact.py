@@ -13,8 +13,13 @@ out as 0.55).
 Line contact of a flat face on a cylinder: F_n = pi/4 E* l d per length l, linear in the overlap and independent of the
 radius; the same damping with the linear g = b, and the same ratio S_t / S_n = 4 G* / E*.
 
+Corner of a rounded box on a plane or a mesh: the Hertz force of its rounding and a quarter of the flat punch of the
+box's largest face, F_n = 4/3 E* sqrt(r) d^(3/2) + 1/4 2/sqrt(pi) E* sqrt(A) d. A box that lies flat has the stiffness of
+the punch (King 1987, Int. J. Solids Structures 23, 1657), and as the energy depends on the depths of the corners only,
+no tilt makes energy or a jump.
+
 Linear spring-dashpot: F_n = k_n d + 2 b sqrt(m* k_n) d', the same history and friction with k_t. A whole line contact
-has the stiffness k_n, a part of it its share.
+has the stiffness k_n, a part of it its share, and each corner of a box a quarter.
 """
 
 from __future__ import annotations
@@ -29,6 +34,7 @@ from beltsim.solver.vectors import across, add, norm, plus, scaled, sub
 
 LINE_STIFFNESS = math.pi / 4.0
 HERTZ_DAMPING = math.sqrt(5.0 / 6.0)
+PUNCH_STIFFNESS = 2.0 / math.sqrt(math.pi)  # of a flat punch, over E* sqrt(A)
 
 
 def damping_of_restitution(restitution: float) -> float:
@@ -106,6 +112,30 @@ def linear_line(pair, area, length, whole):
     return elastic, share * pair.normal_stiffness, share * pair.tangential_stiffness, pair.damping
 
 
+@inner
+def hertz_corner(pair, overlap, radius, side):
+    """Elastic force, normal and tangential stiffness and damping ratio of a box corner of edge radius [m].
+
+    `side` is the root of the area of the box's largest face [m].
+    """
+    elastic, stiffness = hertz(overlap, radius, pair.normal_modulus)
+    punch = 0.25 * PUNCH_STIFFNESS * pair.normal_modulus * side
+    stiffness += punch
+    return (
+        elastic + punch * overlap,
+        stiffness,
+        stiffness * 4.0 * pair.shear_modulus / pair.normal_modulus,
+        pair.damping,
+    )
+
+
+@inner
+def linear_corner(pair, overlap, radius, side):  # noqa: ARG001
+    """The same of a linear spring-dashpot: four corners make a face."""
+    stiffness = 0.25 * pair.normal_stiffness
+    return stiffness * overlap, stiffness, 0.25 * pair.tangential_stiffness, pair.damping
+
+
 def point_law(pair, overlap, radius):
     """Springs of a point contact by the law of `pair`; compiled code has the one law of its scene only."""
     law = linear_point if isinstance(pair, LinearPair) else hertz_point
@@ -116,6 +146,12 @@ def line_law(pair, area, length, whole):
     """Springs of a line contact, likewise."""
     law = linear_line if isinstance(pair, LinearPair) else hertz_line
     return law(pair, area, length, whole)
+
+
+def corner_law(pair, overlap, radius, side):
+    """Springs of a box corner, likewise."""
+    law = linear_corner if isinstance(pair, LinearPair) else hertz_corner
+    return law(pair, overlap, radius, side)
 
 
 @overload(point_law, jit_options=INLINE)
@@ -130,6 +166,13 @@ def _line_law(pair, area, length, whole):  # noqa: ARG001
     if pair.instance_class is LinearPair:
         return lambda pair, area, length, whole: linear_line(pair, area, length, whole)
     return lambda pair, area, length, whole: hertz_line(pair, area, length, whole)
+
+
+@overload(corner_law, jit_options=INLINE)
+def _corner_law(pair, overlap, radius, side):  # noqa: ARG001
+    if pair.instance_class is LinearPair:
+        return lambda pair, overlap, radius, side: linear_corner(pair, overlap, radius, side)
+    return lambda pair, overlap, radius, side: hertz_corner(pair, overlap, radius, side)
 
 
 @inner

@@ -120,7 +120,7 @@ class LinearLaws(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """Cylinders and planes that carry or drive; row p is part p."""
+    """Cylinders, planes and meshes that carry or drive; row p is part p."""
 
     position: Array  # (3, p) m
     orientation: Array  # (4, p), local z: axis of a cylinder, outward normal of a plane
@@ -128,10 +128,48 @@ class Parts(NamedTuple):
     angular_velocity: Array  # (3, p) rad/s
     force: Array  # (3, p) N, from contacts
     torque: Array  # (3, p) N m, about the centre
-    radius: Array  # (p,) m, outer
-    half_length: Array  # (p,) m, outer
+    radius: Array  # (p,) m, outer; of a mesh from its centre to its farthest vertex
+    half_length: Array  # (p,) m, outer; 0 for a mesh
     edge_radius: Array  # (p,) m
     material: Array  # (p,) int32
+
+
+class Walls(NamedTuple):
+    """Triangles of all meshes, in the local frames of their parts: a mesh that moves costs nothing by itself."""
+
+    vertex: Array  # (3, v) m
+    triangle: Array  # (3, t) int32 vertices; those of a mesh stand together, near ones near one another
+    part: Array  # (t,) int32
+    beside_start: (
+        Array  # (t + 1,) int64: neighbours of triangle r are beside[beside_start[r]:beside_start[r + 1]]
+    )
+    beside: Array  # int32 triangles that share a point, ascending
+    alike: Array  # bool, of each neighbour: both lie so nearly in one plane that they count as one face
+    point_start: Array  # (t + 1,) int64, as beside_start
+    point: Array  # (3, q) m, points of folds and rims that may poke into a box, each at one triangle
+    slips: Array  # (p,) 1 for a part whose velocity is that of its surface only
+
+
+class WallTree(NamedTuple):
+    """Boxes around the triangles of each mesh, a complete binary tree; row w is mesh w.
+
+    The root is node base + 1, the children of base + k are base + 2 k and the next; the leaves are the last half.
+    """
+
+    low: Array  # (3, nodes) m, in the part's frame
+    high: Array  # (3, nodes) m
+    base: Array  # (w,) int64
+    leaves: Array  # (w,) int64, a power of two
+    first: Array  # (w,) int64 first triangle of the mesh
+    count: Array  # (w,) int64 triangles
+    part: Array  # (w,) int32
+
+
+class Feelers(NamedTuple):
+    """Balls with which particles touch walls: a sphere itself, the eight corners of a rounded box."""
+
+    particle: Array  # (f,) int32 ascending
+    offset: Array  # (3, f) from the centre, in the particle's local frame, m
 
 
 class Loads(NamedTuple):

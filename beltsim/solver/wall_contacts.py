@@ -1,0 +1,343 @@
+"""The passes over walls: spheres and the corners of rounded boxes on triangles, boxes on planes, wall points on boxes.
+
+A contact stands where the distance from the ball's centre to the surface has a minimum of its own. So a triangle that
+is touched inside its face carries, one that is touched on an edge or a vertex carries only if no neighbour comes closer
+there, and of equals the lowest: faces beat edges, edges beat vertices, a shared edge or vertex counts once, and two
+walls of a corner both push. Faces that meet at less than `SMOOTH` (a rounded chute cut into facets) count as one, the
+deepest carries: beyond an overlap of SMOOTH^2 / 2 = 2 % of the radius, two such contacts would be one patch and count
+twice. What begins to carry takes over the history of a neighbour that no longer does.
+
+A rounded box touches with its eight corners, balls of its edge radius, and with the points of folds and rims of meshes
+that poke into its faces and edges; on a plane the corners are exact.
+"""
+
+from __future__ import annotations
+
+import math
+
+from beltsim.solver.contact import corner_law, damped_normal
+from beltsim.solver.contacts import NONE, forget, law_of, point_contact, put_loads, surface, touch
+from beltsim.solver.jit import inner, kernel
+from beltsim.solver.shapes import sphere_box, sphere_plane
+from beltsim.solver.triangles import nearest_on_triangle, sphere_triangle
+from beltsim.solver.vectors import (
+    across,
+    add,
+    at,
+    at4,
+    axis_z,
+    cross,
+    dot,
+    norm,
+    plus,
+    put,
+    rotate,
+    rotate_back,
+    scaled,
+    sub,
+)
+from beltsim.solver.wall_pairs import corners_of, into_part
+
+SMOOTH = 0.2  # rad
+SAME_POINT = 1e-3  # of the ball's radius: T-joints meet within the tolerance of welding only
+
+
+@kernel
+def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, time_step):
+    """Contacts of feelers with walls; rows of `contacts` are feelers. `beside[0]` holds who carries."""
+    particle, start = feelers.particle, contacts.start
+    rows = particle.size
+    row = 0
+    while row < rows:
+        i, after = particle[row], row + 1
+        while after < rows and particle[after] == i:
+            after += 1
+        if start[after] > start[row]:
+            for r in range(row, after):
+                find_carriers(particles, shapes, contacts, feelers, walls, parts, r)
+            if after - row == 1:
+                sphere_on_walls(particles, shapes, laws, contacts, walls, parts, row, time_step)
+            else:
+                box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, row, after, time_step)
+        row = after
+
+
+@inner
+def feeler_centre(particles, feelers, row):
+    """Centre of a feeler in the world."""
+    i = feelers.particle[row]
+    return add(at(particles.position, i), rotate(at4(particles.orientation, i), at(feelers.offset, row)))
+
+
+@inner
+def part_of_wall(walls, s):
+    """Part of wall s: a triangle, or beyond those a plane."""
+    return walls.part[s] if s < walls.part.size else s - walls.part.size
+
+
+@inner
+def ball_wall(centre, radius, s, walls, parts):
+    """Overlap and normal of a ball and wall s."""
+    p = part_of_wall(walls, s)
+    if s >= walls.part.size:
+        return sphere_plane(centre, radius, at(parts.position, p), axis_z(at4(parts.orientation, p)))
+    a, b, c = corners_of(walls, s)
+    overlap, normal = sphere_triangle(into_part(centre, parts, p), radius, a, b, c)
+    return overlap, rotate(at4(parts.orientation, p), normal)
+
+
+@inner
+def find_carriers(particles, shapes, contacts, feelers, walls, parts, row):
+    """Mark which walls carry a feeler; what ends hands its history on or loses it."""
+    centre, radius = feeler_centre(particles, feelers, row), shapes.radius[feelers.particle[row]]
+    begin, end = contacts.start[row], contacts.start[row + 1]
+    carries = contacts.beside[0]
+    for k in range(begin, end):
+        overlap, _ = ball_wall(centre, radius, contacts.second[k], walls, parts)
+        contacts.overlap[k] = overlap
+    for k in range(begin, end):
+        own = contacts.overlap[k] > 0.0
+        if own and contacts.second[k] < walls.part.size:
+            own = is_own_minimum(contacts, walls, parts, centre, radius, k, begin, end)
+        carries[k] = 1 if own else 0
+    for k in range(begin, end):
+        if carries[k] and contacts.stiffness[k] == 0.0 and contacts.second[k] < walls.part.size:
+            inherit_from_beside(contacts, walls, carries, k, begin, end)
+    for k in range(begin, end):
+        if not carries[k] and contacts.stiffness[k] > 0.0:
+            forget(contacts, k)
+
+
+@inner
+def is_own_minimum(contacts, walls, parts, centre, radius, k, begin, end):
+    """Whether no neighbouring triangle in the row begin:end takes the touching pair k over."""
+    t = contacts.second[k]
+    a, b, c = corners_of(walls, t)
+    nearest, in_face = nearest_on_triangle(into_part(centre, parts, walls.part[t]), a, b, c)
+    for n in range(walls.beside_start[t], walls.beside_start[t + 1]):
+        other = place_of(contacts.second, walls.beside[n], begin, end)
+        if other < 0:
+            continue
+        rival, own = contacts.overlap[other], contacts.overlap[k]
+        if rival > own or (rival == own and other < k):
+            if in_face:
+                taken = walls.alike[n]
+            else:
+                a, b, c = corners_of(walls, walls.beside[n])
+                there, _ = nearest_on_triangle(nearest, a, b, c)
+                taken = norm(sub(there, nearest)) < SAME_POINT * radius
+            if taken:
+                return False
+    return True
+
+
+@inner
+def place_of(values, wanted, begin, end):
+    """Where `wanted` stands in the ascending values begin:end, -1 if nowhere."""
+    low, high = begin, end
+    while low < high:
+        middle = (low + high) >> 1
+        if values[middle] < wanted:
+            low = middle + 1
+        else:
+            high = middle
+    return low if low < end and values[low] == wanted else -1
+
+
+@inner
+def inherit_from_beside(contacts, walls, carries, k, begin, end):
+    """Hand the history of a neighbouring triangle that carries no more on to pair k."""
+    t = contacts.second[k]
+    for n in range(walls.beside_start[t], walls.beside_start[t + 1]):
+        other = place_of(contacts.second, walls.beside[n], begin, end)
+        if other >= 0 and contacts.stiffness[other] > 0.0 and not carries[other]:
+            contacts.stiffness[k] = contacts.stiffness[other]
+            put(contacts.spring, k, at(contacts.spring, other))
+            put(contacts.rolling, k, at(contacts.rolling, other))
+            forget(contacts, other)
+            return
+
+
+@inner
+def wall_velocity(parts, walls, p, arm, normal):
+    """Velocity of the surface of part p at `arm` from its centre; a belt that only runs runs along itself."""
+    velocity = at(parts.velocity, p)
+    if walls.slips[p] != 0.0:
+        velocity = across(velocity, normal)
+    return surface(velocity, at(parts.angular_velocity, p), arm)
+
+
+@inner
+def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, row, time_step):
+    """Loads of a sphere on the walls that carry it."""
+    for k in range(contacts.start[row], contacts.start[row + 1]):
+        if not contacts.beside[0, k]:
+            continue
+        i, s = contacts.first[k], contacts.second[k]
+        p, centre, radius = part_of_wall(walls, s), at(particles.position, i), shapes.radius[i]
+        overlap, normal = ball_wall(centre, radius, s, walls, parts)
+        # The whole radius is the arm: a sphere rolls at its own circumference whatever its overlap.
+        arm = scaled(normal, -radius)
+        arm_p = sub(add(centre, arm), at(parts.position, p))
+        spin = at(particles.angular_velocity, i)
+        relative = sub(
+            surface(at(particles.velocity, i), spin, arm), wall_velocity(parts, walls, p, arm_p, normal)
+        )
+        point_contact(
+            contacts,
+            k,
+            overlap,
+            normal,
+            radius,
+            particles.mass[i],
+            law_of(laws, shapes.material[i], parts.material[p]),
+            relative,
+            (spin, at(parts.angular_velocity, p)),
+            (arm, arm_p),
+            time_step,
+        )
+
+
+@inner
+def face_side(core, radius):
+    """Root of the area of a rounded box's largest flat face, never below the edge radius [m]."""
+    area = 4.0 * max(core[0] * core[1], max(core[1] * core[2], core[2] * core[0]))
+    return math.sqrt(max(area, radius * radius))
+
+
+@inner
+def moved_mass(particles, i, arm, normal):
+    """Mass [kg] that particle i shows to a push along `normal` at `arm` from its centre, if it is free."""
+    lever = rotate_back(at4(particles.orientation, i), cross(arm, normal))
+    inverse = 1.0 / particles.mass[i]
+    for axis in range(3):
+        inverse += particles.mobility[1, i] * lever[axis] * lever[axis] / particles.inertia[axis, i]
+    return 1.0 / inverse
+
+
+@inner
+def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, row, after, time_step):
+    """Loads of a box on the walls that carry its corners.
+
+    The damping of all corners together is that of one spring: the mass that counts is the one at the middle of the
+    corners' stiffness, shared out by stiffness. So a box that falls flat rebounds as given, and so does one on an edge.
+    """
+    i = feelers.particle[row]
+    radius, side = shapes.radius[i], face_side(at(shapes.core, i), shapes.radius[i])
+    total, moment = 0.0, NONE
+    for r in range(row, after):
+        centre = feeler_centre(particles, feelers, r)
+        for k in range(contacts.start[r], contacts.start[r + 1]):
+            if contacts.beside[0, k]:
+                law = law_of(
+                    laws, shapes.material[i], parts.material[part_of_wall(walls, contacts.second[k])]
+                )
+                _, stiffness, _, _ = corner_law(law, contacts.overlap[k], radius, side)
+                total += stiffness
+                moment = plus(moment, stiffness, sub(centre, at(particles.position, i)))
+    if total == 0.0:
+        return
+    middle = scaled(moment, 1.0 / total)
+    for r in range(row, after):
+        centre = feeler_centre(particles, feelers, r)
+        for k in range(contacts.start[r], contacts.start[r + 1]):
+            if contacts.beside[0, k]:
+                s = contacts.second[k]
+                p = part_of_wall(walls, s)
+                overlap, normal = ball_wall(centre, radius, s, walls, parts)
+                law = law_of(laws, shapes.material[i], parts.material[p])
+                _, stiffness, _, _ = corner_law(law, overlap, radius, side)
+                mass = moved_mass(particles, i, middle, normal) * stiffness / total
+                point = plus(centre, -radius, normal)
+                corner_contact(
+                    particles,
+                    contacts,
+                    k,
+                    i,
+                    p,
+                    point,
+                    overlap,
+                    normal,
+                    (radius, side, mass),
+                    law,
+                    walls,
+                    parts,
+                    time_step,
+                )
+
+
+@inner
+def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, law, walls, parts, time_step):
+    """Loads and history of pair k, a corner of box i on part p at a point. `body` = edge radius, face side, mass."""
+    radius, side, mass = body
+    arm, arm_p = sub(point, at(particles.position, i)), sub(point, at(parts.position, p))
+    relative = sub(
+        surface(at(particles.velocity, i), at(particles.angular_velocity, i), arm),
+        wall_velocity(parts, walls, p, arm_p, normal),
+    )
+    elastic, stiffness, shear_stiffness, damping = corner_law(law, overlap, radius, side)
+    normal_force = damped_normal(elastic, stiffness, damping, mass, -dot(relative, normal))
+    bound = law.friction * max(normal_force, 0.0)
+    force = scaled(normal, normal_force)
+    force = touch(contacts, k, force, normal, shear_stiffness, damping, mass, bound, relative, time_step)
+    put_loads(contacts.loads, k, force, cross(arm, force), cross(force, arm_p))
+
+
+@kernel
+def wall_point_pass(particles, shapes, laws, contacts, walls, point_part, parts, time_step):
+    """Contacts of boxes with points of folds and rims; a point pushes as a corner of the box would."""
+    for k in range(contacts.first.size):
+        i, v = contacts.first[k], contacts.second[k]
+        p = point_part[v]
+        core, radius = at(shapes.core, i), shapes.radius[i]
+        point = add(at(parts.position, p), rotate(at4(parts.orientation, p), at(walls.point, v)))
+        overlap, outward = sphere_box(
+            point, 0.0, at(particles.position, i), at4(particles.orientation, i), core, radius
+        )
+        contacts.overlap[k] = overlap
+        if overlap <= 0.0:
+            if contacts.stiffness[k] > 0.0:
+                forget(contacts, k)
+            continue
+        normal = scaled(outward, -1.0)
+        mass = moved_mass(particles, i, sub(point, at(particles.position, i)), normal)
+        corner_contact(
+            particles,
+            contacts,
+            k,
+            i,
+            p,
+            point,
+            overlap,
+            normal,
+            (radius, face_side(core, radius), mass),
+            law_of(laws, shapes.material[i], parts.material[p]),
+            walls,
+            parts,
+            time_step,
+        )
+
+
+@inner
+def sum_wall_loads(parts, contacts, walls):
+    """Add the loads of all walls to their parts, in the order of the pairs."""
+    loads = contacts.loads
+    for k in range(contacts.first.size):
+        if contacts.beside[0, k] == 1:
+            add_to_part(parts, part_of_wall(walls, contacts.second[k]), loads, k)
+
+
+@inner
+def sum_point_loads(parts, contacts, point_part):
+    """The same for points of folds and rims."""
+    loads = contacts.loads
+    for k in range(contacts.first.size):
+        if contacts.overlap[k] > 0.0:
+            add_to_part(parts, point_part[contacts.second[k]], loads, k)
+
+
+@inner
+def add_to_part(parts, p, loads, k):
+    """Add the loads of pair k to part p, its second body."""
+    put(parts.force, p, sub(at(parts.force, p), (loads[0, k], loads[1, k], loads[2, k])))
+    put(parts.torque, p, add(at(parts.torque, p), (loads[6, k], loads[7, k], loads[8, k])))
