@@ -17,9 +17,10 @@ cp "$here/case.inp" "$folder/case.inp"
 beltsim run "$folder/case.inp" -o "$folder/case.h5" --overwrite
 
 echo "4. The pictures"
-beltsim view "$folder/case.h5" -o "$folder/conveyor.png" --azimuth 35 --elevation 28 --overwrite
-beltsim view "$folder/case.h5" -o "$folder/trough.png" --section x=2.65 --azimuth 12 --elevation 12 \
-    --zoom 2.2,-0.4,0.85,2.65,0.4,1.15 --overwrite
+beltsim view "$folder/case.h5" -o "$folder/conveyor.png" --azimuth -50 --elevation 30 \
+    --zoom -0.2,-0.4,0.4,5.9,0.4,1.1 --overwrite
+beltsim view "$folder/case.h5" -o "$folder/trough.png" --section x=2.65 --azimuth 8 --elevation 10 \
+    --zoom 2.3,-0.42,0.8,2.65,0.42,1.2 --overwrite
 beltsim view "$folder/case.h5" -o "$folder/sag.png" --color-by height --range 0.97,1.03 --hide bulk \
     --azimuth -70 --elevation 40 --zoom 0.7,-0.45,0.8,5.4,0.45,1.1 --overwrite
 beltsim view "$folder/case.h5" -o "$folder/conveyor.html" --overwrite
