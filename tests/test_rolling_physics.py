@@ -109,7 +109,8 @@ def test_rolling_resistance_holds_a_sphere_on_an_incline_below_its_limit(share):
     if share > 1.0:
         # It rocks on the rolling spring, which has no damper, about a place that does not creep.
         middles = [0.5 * (half.max() + half.min()) for half in (places[:1000], places[1000:])]
-        assert abs(middles[1] - middles[0]) < 1e-6 * RADIUS
+        # what the swing, 0.13 mm, loses between the two halves
+        assert abs(middles[1] - middles[0]) < 5e-6 * RADIUS
         assert np.ptp(places) < 0.01 * RADIUS
     else:
         acceleration = 5.0 / 7.0 * G * (np.sin(angle) - resistance * np.cos(angle))
