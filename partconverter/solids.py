@@ -47,6 +47,9 @@ def recognise(model: Model, solid: Solid, *, section: str = "largest") -> Turned
     lines = _outer_lines(model, surfaces)
     if not lines:
         return _without_cylinder(model, solid, surfaces)
+    unknown = {s.kind for s in surfaces.values() if isinstance(s, Freeform)} - {"spline", "meshsurf"}
+    if unknown:
+        return LeftOut("damaged", Note(f"a surface of the unknown kind {min(unknown)}"))
     faces = [model.face(face) for face in solid.faces]
     broken = _broken(faces, lines[0])
     if broken:
