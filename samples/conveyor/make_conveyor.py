@@ -86,6 +86,8 @@ def main() -> None:
     parser.add_argument("--rows", type=int, default=Conveyor.rows, help="cells along the belt (%(default)s)")
     parser.add_argument("--columns", type=int, default=Conveyor.columns, help="cells across it (%(default)s)")
     given = parser.parse_args()
+    if given.rows < 20 or given.columns < 3:
+        parser.error("found too few cells for the belt's shape, expected at least 20 rows and 3 columns")
     conveyor = Conveyor(rows=given.rows, columns=given.columns)
     given.folder.mkdir(parents=True, exist_ok=True)
     belt = stl_text(triangles(belt_nodes(conveyor)), "belt")
