@@ -103,17 +103,13 @@ def _stations(position, forward, across) -> np.ndarray:
     centre = np.stack([np.bincount(row, position[:, i], count) / members for i in range(3)], axis=1)
     following = np.full(count, -1)
     following[row[forward[:, 0]]] = row[forward[:, 1]]
-    station, start = np.full(count, np.nan), 0.0
-    # Open ends first; what is left are rings, begun at their first particle.
-    begun = np.setdiff1d(row, following)
-    for first in [*begun, *row[np.sort(np.unique(row, return_index=True)[1])]]:
-        at = start
-        while np.isnan(station[first]) and members[first] > 0:
+    led, followed = dict.fromkeys(row[forward[:, 0]].tolist()), set(following.tolist())
+    station, at = np.full(count, np.nan), 0.0
+    # Open belts from their first row; what is left are rings, begun at their first bond.
+    for first in [*(r for r in led if r not in followed), *led]:
+        while first >= 0 and np.isnan(station[first]):
             station[first] = at
             after = following[first]
-            if after < 0:
-                break
-            at += float(np.linalg.norm(centre[after] - centre[first]))
+            at += float(np.linalg.norm(centre[after] - centre[first])) if after >= 0 else 0.0
             first = after
-        start = max(start, at + 1.0) if at > start else start
     return station[row]
