@@ -62,6 +62,7 @@ class State:
     lists: Lists | None = None
     listed: np.ndarray | None = None
     part_travel: np.ndarray | None = None
+    part_work: np.ndarray | None = None  # (p,) J, since the start
     cap: float = 0.0
     stage: Stage | None = None
     step: int = 0
@@ -81,7 +82,8 @@ def state_of(scene: Scene) -> State:
     bonds = scene.bonds
     count = scene.population.count
     skin = skin_of(bounding if bounding.size else source_sizes(scene))
-    return State(scene, families, bonded_neighbours(count, bonds), skin)
+    work = np.zeros(len(scene.machinery.info))
+    return State(scene, families, bonded_neighbours(count, bonds), skin, part_work=work)
 
 
 def source_sizes(scene: Scene) -> np.ndarray:
@@ -141,6 +143,7 @@ def solver_arguments(state: State, time_step: float | None = None) -> tuple:
         stage.wind,
         state.listed,
         state.part_travel,
+        state.part_work,
         stage.turned,
         np.ascontiguousarray(scene.population.particles.angular_velocity[:, stage.turned]),
     )

@@ -6,6 +6,7 @@ import numpy as np
 
 from beltsim.engine import State
 from beltsim.inp import Block
+from beltsim.measures import Measures, observables_of, readings
 from beltsim.scene import Scene
 from beltsim.solver.bonds import bond_measures
 from beltsim.solver.state import Particles
@@ -26,7 +27,7 @@ OBSERVABLES = (
 MEASURE_ROWS = ("axial_force", "shear_force", "bending_moment", "twist_moment", "elongation", "bending")
 
 
-def contents_of(scene: Scene, arriving: int, output: Block | None) -> Contents:
+def contents_of(scene: Scene, arriving: int, output: Block | None, measures: Measures) -> Contents:
     """Contents of the trajectory of a scene into which `arriving` particles can come.
 
     Slots that can change their particle type leave their properties to the frames.
@@ -67,7 +68,7 @@ def contents_of(scene: Scene, arriving: int, output: Block | None) -> Contents:
         else np.stack([bonds.first, bonds.second], axis=1)[place].astype(np.int64),
         parts=tuple(descriptions(scene)),
         fields=frozenset(name for name in fields if name in FIELDS),
-        observables=OBSERVABLES,
+        observables=OBSERVABLES + observables_of(measures),
         shapes=tuple(body.shape for body in bodies),
         colors=tuple(body.block.get("COLOR") or "" for body in bodies),
         double=output is not None and output["PRECISION"] == "DOUBLE",
@@ -112,18 +113,18 @@ def follow_cylinders(scene: Scene) -> None:
                 getattr(particles, name)[:, info.particle] = getattr(parts, name)[:, p]
 
 
-def frame_of(state: State, contents: Contents, tally: dict[str, float]) -> Frame:
+def frame_of(state: State, contents: Contents, tally: dict[str, float], measures: Measures) -> Frame:
     """The present state as a frame; `tally` holds the inserted and removed mass."""
     scene, population = state.scene, state.scene.population
     follow_cylinders(scene)
     particles = population.particles
-    measures, bond_energy = np.zeros((6, 0)), 0.0
+    of_bonds, bond_energy = np.zeros((6, 0)), 0.0
     if scene.bonds is not None:
-        measures, bond_energy = bond_measures(particles, scene.bonds, scene.kinds)
+        of_bonds, bond_energy = bond_measures(particles, scene.bonds, scene.kinds)
     bonds = {}
     if scene.bonds is not None:
         place = scene.bonding.place
-        bonds = dict(zip(MEASURE_ROWS, measures[:, place]))
+        bonds = dict(zip(MEASURE_ROWS, of_bonds[:, place]))
         bonds["broken"] = (scene.bonds.intact[place] == 0).astype(np.uint8)
     varying = contents.species_of is None
     return Frame(
@@ -143,7 +144,10 @@ def frame_of(state: State, contents: Contents, tally: dict[str, float]) -> Frame
         edge_radius=population.edge_radius if varying else None,
         bonds=bonds,
         parts=part_states(scene),
-        observables=energies(scene, particles, bond_energy) | tally | {"broken_bonds": broken(scene)},
+        observables=energies(scene, particles, bond_energy)
+        | tally
+        | {"broken_bonds": broken(scene)}
+        | readings(measures, scene, state.time, of_bonds[0], state.part_work),
     )
 
 

@@ -12,7 +12,8 @@ import numpy as np
 from beltsim.console import CommandError, ExitCode
 from beltsim.engine import BlowUp, Stage, State, advance_by, begin_stage, renew_lists, state_of
 from beltsim.inp import Block, Deck
-from beltsim.record import contents_of, frame_of
+from beltsim.measures import LOOK_PAUSE, Measures, look, measures_of, remember
+from beltsim.record import OBSERVABLES, contents_of, frame_of
 from beltsim.scene import Scene
 from beltsim.scene.build import prescribe_velocities
 from beltsim.scene.machinery import acts_in, drives_of, table_of
@@ -61,6 +62,7 @@ class Tally:
     warned: bool = False
     messages: list[str] = field(default_factory=list)
     open_time: dict[str, float] = field(default_factory=dict)  # s that each source was open
+    measures: Measures | None = None
 
     def masses(self) -> dict[str, float]:
         """Inserted and removed mass, for the trajectory."""
@@ -79,11 +81,13 @@ class Events:
     frames: list[int]
     visits: list[tuple[Source, int]]  # source, every so many steps
     domain: int  # every so many steps, 0: never
+    looks: int  # every so many steps, 0: never
 
     def next_after(self, step: int) -> int:
         """The next step at which something happens."""
         frame = next((frame for frame in self.frames if frame > step), self.end)
-        periods = [period for _, period in self.visits if period] + [self.domain] * bool(self.domain)
+        periods = [period for _, period in self.visits] + [self.domain, self.looks]
+        periods = [period for period in periods if period]
         return min([frame, *((step // period + 1) * period for period in periods)])
 
 
@@ -120,7 +124,8 @@ def run(
     tally.inserted = {source.name: 0.0 for source in sources}
     arriving = sum(planned_count(block, scene.population, end) for block in scene.sources)
     outputs = deck.blocks("OUTPUT")
-    contents = contents_of(scene, arriving, outputs[0] if outputs else None)
+    tally.measures = measures_of(scene, {name for name, _, _ in OBSERVABLES})
+    contents = contents_of(scene, arriving, outputs[0] if outputs else None, tally.measures)
     first = prepare(state, scene.steps[0], 0.0, say, allow_unstable)
     planned = planned_frames(scene, outputs, end)
     with TrajectoryWriter(
@@ -133,8 +138,9 @@ def run(
             stage = first if number == 0 else prepare(state, block, start, say, allow_unstable)
             compile_kernels(state, stage, tally)
             if number == 0:
-                writer.append(frame_of(state, contents, tally.masses()))
-            events = events_of(scene, block, stage, sources, outputs, min(end, start + block["DURATION"]))
+                writer.append(frame_of(state, contents, tally.masses(), tally.measures))
+            stage_end, flows = min(end, start + block["DURATION"]), bool(tally.measures.flows)
+            events = events_of(scene, block, stage, sources, outputs, stage_end, flows)
             try:
                 run_stage(state, events, writer, contents, tally, end, report, say, stop)
             except BlowUp:
@@ -216,7 +222,13 @@ def interval_of(outputs: list[Block], step_name: str | None, duration: float) ->
 
 
 def events_of(
-    scene: Scene, block: Block, stage: Stage, sources: list[Source], outputs: list[Block], stop: float
+    scene: Scene,
+    block: Block,
+    stage: Stage,
+    sources: list[Source],
+    outputs: list[Block],
+    stop: float,
+    flows: bool,
 ) -> Events:
     """Everything that will happen in a stage that ends at total time `stop`."""
     dt, name = stage.time_step, block.get("NAME")
@@ -230,7 +242,8 @@ def events_of(
         if source.step_name in (None, name)
     ]
     domain = max(1, round(DOMAIN_PAUSE / dt)) if scene.domain is not None else 0
-    return Events(end, frames, visits, domain)
+    looks = max(1, round(LOOK_PAUSE / dt)) if flows else 0
+    return Events(end, frames, visits, domain, looks)
 
 
 def run_stage(state, events, writer, contents, tally, end, report, say, stop) -> None:
@@ -242,14 +255,17 @@ def run_stage(state, events, writer, contents, tally, end, report, say, stop) ->
             raise Stopped(f"stopped at t = {state.time:.6g} s; {writer.frames} frames are written", code)
         clock = time.perf_counter()
         steps = min(events.next_after(state.step) - state.step, pace)
+        due = state.step + steps == events.next_after(state.step)
         advance_by(state, steps)
+        if due and events.looks:
+            look(tally.measures, state.scene)
         turn_over(state, events, tally)
         wall = time.perf_counter() - clock
         tally.wall += wall
         tally.particle_steps += steps * state.scene.population.count
         pace = max(1, min(4 * pace, int(LONGEST_BATCH * steps / max(wall, 1e-6))))
         if state.step in frames:
-            writer.append(frame_of(state, contents, tally.masses()))
+            writer.append(frame_of(state, contents, tally.masses(), tally.measures))
             warn_if_unstable(state, tally, say)
         report(progress_of(state, tally, end))
 
@@ -262,6 +278,7 @@ def turn_over(state: State, events: Events, tally: Tally) -> None:
             new = arrivals(source, scene, state.time, tally.next_id)
             if new is not None:
                 renew_lists(state, insert(scene, new))
+                remember(tally.measures, scene)
                 tally.next_id += new.id.size
                 tally.inserted[source.name] = source.inserted
             tally.open_time[source.name] = max(0.0, min(state.time, source.end) - source.start)
@@ -289,7 +306,7 @@ def warn_if_unstable(state: State, tally: Tally, say) -> None:
 def save_last(state: State, contents, tally: Tally, writer: TrajectoryWriter) -> None:
     """After a blow-up: the state that diverged, if it can still be written."""
     if np.all(np.isfinite(state.scene.population.particles.position)):
-        writer.append(frame_of(state, contents, tally.masses()))
+        writer.append(frame_of(state, contents, tally.masses(), tally.measures))
 
 
 def progress_of(state: State, tally: Tally, end: float) -> Progress:

@@ -97,7 +97,7 @@ def _fractions(deck: Deck, known: list[str], problems: Problems) -> None:
 
 def _belts(deck: Deck, problems: Problems) -> None:
     belts = [group["BELT"] for group in deck.blocks("CONTACT GROUP") if "BELT" in group]
-    for block in deck.blocks("FILL"):
+    for block in [*deck.blocks("FILL"), *(one for one in deck.blocks("MEASURE") if "BELT" in one)]:
         if block.get("BELT") not in belts:
             expected = f"the BELT of a *CONTACT GROUP{nearest(str(block.get('BELT')), belts)}"
             problems.add(block.where, f"BELT={block.get('BELT')}", expected)

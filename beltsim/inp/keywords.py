@@ -540,21 +540,43 @@ _CASE = (
     ),
     Keyword(
         "MEASURE",
-        "A quantity recorded over time. Row: a point, the normal of the plane through it, and the radius of the "
-        "disc around it (the whole plane without it).",
+        "A quantity recorded at every frame as /observables/NAME. Row, for all types but POWER: a point, a normal of "
+        "any length, and a radius.",
         (
             _name("name of the measure"),
             _choice(
-                "TYPE", ("MASS FLOW",), "mass per time through the plane, along its normal", required=True
+                "TYPE",
+                ("MASS FLOW", "TENSION", "SAG", "POWER"),
+                "MASS FLOW: mass of bulk per time through the plane along its normal, less what goes back, mean since "
+                "the frame before, and as NAME_mass the mass since the start; a radius makes the plane a disc. "
+                "TENSION: axial forces of all bonds that cross the plane or disc, along its normal. SAG: how far the "
+                "lowest belt particle lies below the plane (centre, against the normal), a radius takes only those "
+                "within it of the point. POWER: what parts give to all that touches them, mean since the frame before",
+                required=True,
             ),
+            _reference(
+                "PARTICLE TYPE",
+                "PARTICLE TYPE",
+                "name or pattern of the bulk that counts; without it all that is free",
+                wildcards=True,
+            ),
+            Parameter("BELT", "name", "the belt, as *CONTACT GROUP names it; without it all bonds"),
+            _reference("PART", "PART", "name or pattern of the parts, which are summed", wildcards=True),
         ),
         (
             Column("point", ("px", "py", "pz"), unit="m"),
             Column("normal", ("nx", "ny", "nz")),
             Column("radius", ("radius",), unit="m", range=POSITIVE, least=0),
         ),
-        count=(1, 1),
+        count=(0, 1),
         key=("NAME",),
+        decides="TYPE",
+        variants=(
+            ("MASS FLOW", Variant((), ("PARTICLE TYPE",), rows=(1, 1))),
+            ("TENSION", Variant((), ("BELT",), rows=(1, 1))),
+            ("SAG", Variant((), ("BELT",), rows=(1, 1))),
+            ("POWER", Variant(("PART",), rows=(0, 0))),
+        ),
     ),
 )
 

@@ -184,7 +184,7 @@ def _source(block: Block, problems: Problems) -> None:
 
 
 def _measure(block: Block, problems: Problems) -> None:
-    if not block.rows["normal"][0].any():
+    if len(block) and not block.rows["normal"][0].any():
         problems.add(block.row_where(0), "a normal of length 0", "a direction nx, ny, nz")
 
 

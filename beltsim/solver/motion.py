@@ -125,6 +125,15 @@ def push_parts(parts, spins, slides, amplitudes, time, time_step):
 
 
 @inner
+def add_part_work(parts, work, duration):
+    """Add what each part does at its present loads and velocities, over a duration [s], on all that touches it [J]."""
+    for p in range(parts.radius.size):
+        taken = dot(at(parts.force, p), at(parts.velocity, p))
+        taken += dot(at(parts.torque, p), at(parts.angular_velocity, p))
+        work[p] -= duration * taken
+
+
+@inner
 def fastest_part(parts, slides):
     """Largest speed [m/s] at which a part comes to new places; turning about its own axis is none."""
     fastest = 0.0

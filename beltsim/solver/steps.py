@@ -21,7 +21,14 @@ from beltsim.solver.contacts import (
     sphere_sphere_pass,
 )
 from beltsim.solver.jit import inner, kernel, vector_kernel
-from beltsim.solver.motion import factor_at, fastest_part, move_parts, push_parts, sum_part_loads
+from beltsim.solver.motion import (
+    add_part_work,
+    factor_at,
+    fastest_part,
+    move_parts,
+    push_parts,
+    sum_part_loads,
+)
 from beltsim.solver.state import Array
 from beltsim.solver.vectors import (
     add,
@@ -64,6 +71,7 @@ class Environment(NamedTuple):
     wind: tuple  # (3,) m/s, the velocity that the damping pulls towards
     listed: Array  # (3, n) positions when the lists were made, m
     part_travel: Array  # (1,) how far parts may have moved since, m
+    part_work: Array  # (p,) work of each part on what touches it, J
     turned: Array  # (h,) int32 particles with a prescribed spin
     turning: Array  # (3, h) rad/s
 
@@ -342,7 +350,10 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
             return n, LOST
         move_parts(parts, spins, slides, amplitudes, time, dt)
         now = Clock(dt, clock.start, step + 1, clock.skin, clock.cap)
+        # Work over a step: the velocities of its middle with the loads of both its ends.
+        add_part_work(parts, environment.part_work, 0.5 * dt)
         find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now)
+        add_part_work(parts, environment.part_work, 0.5 * dt)
         push_parts(parts, spins, slides, amplitudes, time + dt, dt)
         kick(
             rows3(particles.velocity),
