@@ -14,6 +14,7 @@ from beltsim.scene.touching import of_shape
 from beltsim.solver.bonds import bond_measures
 from beltsim.solver.motion import Slides, Spins
 from beltsim.solver.reference_integrator import advance_reference
+from beltsim.wall_lists import part_of_pairs, part_of_points
 from beltsim.solver.steps import (
     DONE,
     LISTS_STALE,
@@ -78,12 +79,25 @@ class State:
 def state_of(scene: Scene) -> State:
     """The state of a scene before its first step."""
     bounding = scene.shapes.bounding
-    families = Families(scene.has_spheres, scene.has_boxes, bool(scene.machinery.info))
+    families = families_of(scene)
     bonds = scene.bonds
     count = scene.population.count
     skin = skin_of(bounding if bounding.size else source_sizes(scene))
     work = np.zeros(len(scene.machinery.info))
     return State(scene, families, bonded_neighbours(count, bonds), skin, part_work=work)
+
+
+def families_of(scene: Scene) -> Families:
+    """Which pairs of shapes can ever be near one another."""
+    shapes = {part.shape for part in scene.machinery.info}
+    spheres, boxes, meshes = scene.has_spheres, scene.has_boxes, "MESH" in shapes
+    return Families(
+        spheres=spheres,
+        boxes=boxes,
+        parts=bool(shapes - {"MESH"}),
+        walls=(meshes and (spheres or boxes)) or (boxes and "PLANE" in shapes),
+        points=meshes and boxes,
+    )
 
 
 def source_sizes(scene: Scene) -> np.ndarray:
@@ -119,6 +133,7 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
         state.bonded,
         state.skin,
         chosen,
+        (machinery.walls, machinery.tree),
     )
     if state.lists is not None:
         origin = np.arange(count, dtype=np.int64) if origin is None else origin
@@ -216,12 +231,25 @@ def largest_load(state: State, slot: int) -> str:
         loads += partners(scene.bonds, force, slot, "bond with particle", population.id)
     names = ("contact with particle", "contact with particle", "contact with part", "contact with part")
     parts = np.array([part.name for part in scene.machinery.info])
+    loads += of_walls(state, slot, parts)
     for n, (name, family) in enumerate(zip(names, state.lists)):
         if family is not None:
             force = np.linalg.norm(family[0].loads[:3], axis=0)
             loads += partners(family[0], force, slot, name, population.id if n < 2 else parts, n < 2)
     force, text = max(loads, key=lambda load: load[0] if np.isfinite(load[0]) else np.inf)
     return text if force == 0.0 else f"its largest load, {force:.4g} N, is the {text}"
+
+
+def of_walls(state: State, slot: int, parts: np.ndarray) -> list[tuple[float, str]]:
+    """Forces of meshes and planes on the corners of boxes, and of meshes on spheres, each with the part's name."""
+    found = []
+    for family, part_of in ((state.lists.walls, part_of_pairs), (state.lists.points, part_of_points)):
+        if family is not None:
+            pairs = np.flatnonzero(family.contacts.first == slot)
+            force = np.linalg.norm(family.contacts.loads[:3, pairs], axis=0)
+            names = parts[part_of(family)[pairs]]
+            found += [(float(size), f"contact with part {name}") for size, name in zip(force, names)]
+    return found
 
 
 def partners(pairs, force, slot: int, text: str, names, both: bool = True) -> list[tuple[float, str]]:

@@ -15,7 +15,15 @@ from beltsim.solver.neighbours import (
     particle_pairs,
     sort_loads,
 )
-from beltsim.solver.state import Contacts, Loads, Particles, Parts, Shapes
+from beltsim.solver.state import Contacts, Loads, Particles, Parts, Shapes, Walls, WallTree
+from beltsim.wall_lists import (
+    ListedPoints,
+    ListedWalls,
+    carry_points,
+    carry_walls,
+    list_points,
+    list_walls,
+)
 
 Listed = tuple[Contacts, Loads]
 
@@ -27,6 +35,8 @@ class Lists(NamedTuple):
     boxes: Listed | None  # spheres with boxes
     sphere_parts: Listed | None
     box_parts: Listed | None
+    walls: ListedWalls | None  # spheres and boxes with meshes, boxes with planes
+    points: ListedPoints | None  # boxes with folds and rims of meshes
 
 
 class Families(NamedTuple):
@@ -35,6 +45,8 @@ class Families(NamedTuple):
     spheres: bool
     boxes: bool
     parts: bool
+    walls: bool
+    points: bool
 
 
 class Bonded(NamedTuple):
@@ -70,6 +82,7 @@ def make_lists(
     bonded: Bonded,
     skin: float,
     chosen: tuple[np.ndarray, np.ndarray],
+    walls: tuple[Walls, WallTree],
 ) -> Lists:
     """All lists at the present positions, without history; `chosen` = slots of spheres and of boxes."""
     spheres, boxes = chosen
@@ -83,8 +96,8 @@ def make_lists(
         first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
         return empty_contacts(start, first, second)
 
-    def with_parts(slots, grid):
-        start, first = part_pairs(position, shapes, slots, grid, parts, part_group, skin)
+    def with_parts(slots, grid, planes):
+        start, first = part_pairs(position, shapes, slots, grid, parts, part_group, skin, planes)
         second = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
         return empty_contacts(start, first, second)
 
@@ -95,18 +108,31 @@ def make_lists(
     if families.spheres and families.boxes:
         on_boxes = among(box_grid, False)
         link_neighbours(on_boxes.start, on_boxes.second, *bonded, on_boxes.beside)
+    near_walls = near_points = None
+    if families.walls:
+        near_walls = list_walls(particles, shapes, parts, part_group, *walls, skin, chosen)
+    if families.points:
+        near_points = list_points(particles, shapes, parts, near_walls, skin)
     return Lists(
         indexed(among(sphere_grid, True), True) if families.spheres else None,
         indexed(on_boxes, True) if on_boxes is not None else None,
-        indexed(with_parts(spheres, sphere_grid), False) if families.spheres and families.parts else None,
-        indexed(with_parts(boxes, box_grid), False) if families.boxes and families.parts else None,
+        indexed(with_parts(spheres, sphere_grid, True), False)
+        if families.spheres and families.parts
+        else None,
+        indexed(with_parts(boxes, box_grid, False), False) if families.boxes and families.parts else None,
+        near_walls,
+        near_points,
     )
 
 
 def carry(new: Lists, old: Lists, origin: np.ndarray, parts: int) -> None:
     """Copy contact history from the old lists; `origin` is the old slot of each particle, -1 for new ones."""
     same_part = np.arange(parts, dtype=np.int64)
-    for n, family in enumerate(new):
+    if new.walls is not None:
+        carry_walls(new.walls, old.walls, origin, parts)
+    if new.points is not None:
+        carry_points(new.points, old.points, origin)
+    for n, family in enumerate(new[:4]):
         if family is None:
             continue
         contacts, before = family[0], old[n][0]

@@ -74,6 +74,18 @@ def list_points(
     return ListedPoints(empty_contacts(start, first, second), loads, walls, part)
 
 
+def part_of_pairs(near: ListedWalls) -> np.ndarray:
+    """Part (pairs,) of the wall of each pair: of a triangle, or beyond those a plane."""
+    triangles, second = near.walls.part.size, near.contacts.second
+    planes = np.arange(int(second.max(initial=0)) + 1 - triangles) if second.size else np.zeros(0, int)
+    return np.concatenate([near.walls.part, planes])[second].astype(np.int64)
+
+
+def part_of_points(near: ListedPoints) -> np.ndarray:
+    """Part (pairs,) of the point of each pair."""
+    return near.part[near.contacts.second]
+
+
 def carry_walls(new: ListedWalls, old: ListedWalls, origin: np.ndarray, parts: int) -> None:
     """Copy contact history from the old list; `origin` is the old slot of each particle, -1 for new ones."""
     same = np.arange(new.walls.part.size + parts, dtype=np.int64)

@@ -84,8 +84,7 @@ def build(deck: Deck) -> Scene:
     materials, groups = Materials(deck), Groups(deck)
     population = populate(deck)
     shapes = shapes_of(population, materials, groups)
-    planes = [block for block in deck.blocks("PART") if block["SHAPE"] == "PLANE"]
-    refuse_box_contacts(population, groups, planes)
+    refuse_box_contacts(population, groups)
     refuse_turned_particles(deck, population, slots_of_motion)
     hold_moved_particles(deck, population)
     bonding = bonds_of(deck, population)

@@ -9,10 +9,16 @@ import numpy as np
 
 from beltsim import inp
 from beltsim.inp import Block, Deck
-from beltsim.scene.bodies import CYLINDER, Body, Population, unique
+from beltsim.scene.bodies import BOX, CYLINDER, Body, Population, unique
+from beltsim.scene.mesh_file import MeshProblem, read_mesh
 from beltsim.scene.touching import Groups, Materials, of_shape
+from beltsim.scene.unbuilt import SceneError, problem
+from beltsim.scene.walls import Mesh, in_search_order, walls_of
 from beltsim.solver.motion import FREE, PRESCRIBED, Amplitudes, Slides, Spins
-from beltsim.solver.state import Parts
+from beltsim.solver.state import Parts, Walls, WallTree
+from beltsim.solver.vectors import axis_z, rotate
+
+MESH = "MESH"
 
 
 @dataclass
@@ -37,10 +43,20 @@ class Machinery:
     info: list[PartInfo]
     parts: Parts
     group: np.ndarray  # (p,) int32, row of `may_touch`
+    meshes: list[Mesh]
+    walls: Walls
+    tree: WallTree
 
 
 def machinery_of(deck: Deck, population: Population, materials: Materials, groups: Groups) -> Machinery:
-    """Parts of a deck as arrays."""
+    """Parts of a deck as arrays.
+
+    Raises
+    ------
+    SceneError
+        If a mesh file cannot be used.
+    """
+    meshes = meshes_of(deck)
     rows = [row_of_part(block, materials, groups) for block in unique(deck, "PART")]
     rows += [row_of_cylinder(population, slot, materials, groups) for slot in of_shape(population, CYLINDER)]
     info = [row[0] for row in rows]
@@ -64,21 +80,46 @@ def machinery_of(deck: Deck, population: Population, materials: Materials, group
         edge_radius=column(4),
         material=column(5, dtype=np.int32),
     )
-    return Machinery(info, parts, column(6, dtype=np.int32))
+    for mesh in meshes:
+        parts.radius[mesh.part] = np.linalg.norm(mesh.vertices, axis=1).max()
+    walls, tree = walls_of(meshes, count, point_spacing(population))
+    return Machinery(info, parts, column(6, dtype=np.int32), meshes, walls, tree)
+
+
+def meshes_of(deck: Deck) -> list[Mesh]:
+    """All mesh parts, with their number among the parts."""
+    meshes, problems = [], []
+    for n, block in enumerate(unique(deck, "PART")):
+        if block["SHAPE"] == MESH:
+            try:
+                vertices, triangles = read_mesh(block)
+            except MeshProblem as error:
+                problems.append(problem(block, f"INPUT={block['INPUT']} with {error.found}", error.expected))
+            else:
+                meshes.append(Mesh(n, vertices, in_search_order(vertices, triangles)))
+    if problems:
+        raise SceneError("\n".join(problems))
+    return meshes
+
+
+def point_spacing(population: Population) -> float:
+    """Distance of the points of folds and rims [m]: half the least box, so that none slips between two; 0: no box."""
+    boxes = of_shape(population, BOX)
+    return float(population.half_extent[boxes].min()) if boxes.size else 0.0
 
 
 def row_of_part(block: Block, materials: Materials, groups: Groups) -> tuple[PartInfo, tuple]:
-    """A *PART of shape CYLINDER or PLANE."""
-    plane = block["SHAPE"] == "PLANE"
+    """A *PART; the radius of a mesh is not known here."""
+    plane, mesh = block["SHAPE"] == "PLANE", block["SHAPE"] == MESH
     info = PartInfo(
         block["NAME"], block["SHAPE"], block.get("CLASS") or "", block.get("COLOR") or "", -1, "", -1, 0.0
     )
     return info, (
-        block.rows["position"][0],
-        block.rows["orientation"][0],
-        math.inf if plane else 0.5 * block["DIAMETER"],
-        math.inf if plane else 0.5 * block["LENGTH"],
-        0.0 if plane else block["EDGE RADIUS"],
+        block.rows["position"][0] if len(block) else np.zeros(3),
+        block.rows["orientation"][0] if len(block) else np.array([1.0, 0.0, 0.0, 0.0]),
+        math.inf if plane else 0.0 if mesh else 0.5 * block["DIAMETER"],
+        math.inf if plane else 0.0 if mesh else 0.5 * block["LENGTH"],
+        0.0 if plane or mesh else block["EDGE RADIUS"],
         materials.row[block["MATERIAL"]],
         groups.of(block.get("CONTACT GROUP")),
     )
@@ -166,6 +207,7 @@ def drives_of(
     parts = machinery.parts
     velocity, spin = parts.velocity.copy(), parts.angular_velocity.copy()
     parts.velocity[:], parts.angular_velocity[:] = 0.0, 0.0
+    machinery.walls.slips[:] = 0.0
     for block in deck.blocks("MOTION"):
         if acts_in(block, step_name):
             for part in parts_of_motion(block, machinery):
@@ -187,6 +229,7 @@ def at_rest(machinery: Machinery) -> tuple[Spins, Slides]:
         inertia=np.where(inertia > 0.0, inertia, 1.0) if count else np.ones(0),
         friction_torque=np.zeros(count),
         torque=np.zeros(count),
+        axis=np.tile([[0.0], [0.0], [1.0]], count),
     )
     slides = Slides(
         moves=np.ones(count),
@@ -201,13 +244,23 @@ def at_rest(machinery: Machinery) -> tuple[Spins, Slides]:
     return spins, slides
 
 
+def _axis(block, part, machinery, spins):
+    """A mesh turns about an axis given in world axes, where it is now."""
+    if block.get("AXIS") is not None:
+        axis = np.asarray(block["AXIS"], dtype=np.float64)
+        turn = machinery.parts.orientation[:, part] * (1.0, -1.0, -1.0, -1.0)
+        spins.axis[:, part] = rotate(tuple(turn), tuple(axis / np.linalg.norm(axis)))
+
+
 def _rotation(block, part, machinery, spins, slides, table):  # noqa: ARG001 - one signature for all motions
+    _axis(block, part, machinery, spins)
     spins.mode[part] = PRESCRIBED
     spins.rate[part] = block["ANGULAR VELOCITY"]
     spins.amplitude[part] = table
 
 
 def _free_rotation(block, part, machinery, spins, slides, table):  # noqa: ARG001
+    _axis(block, part, machinery, spins)
     spins.mode[part] = FREE
     spins.inertia[part] = block.get("INERTIA") or spins.inertia[part]
     spins.friction_torque[part] = block["FRICTION TORQUE"]
@@ -238,7 +291,12 @@ def _suspension(block, part, machinery, spins, slides, table):  # noqa: ARG001
 
 
 def _surface_velocity(block, part, machinery, spins, slides, table):  # noqa: ARG001
-    machinery.parts.velocity[:, part] = block.rows["vector"][0, :3]
+    velocity = block.rows["vector"][0, :3]
+    if machinery.info[part].shape == "PLANE":
+        normal = np.array(axis_z(tuple(machinery.parts.orientation[:, part])))
+        velocity = velocity - np.dot(velocity, normal) * normal
+    machinery.parts.velocity[:, part] = velocity
+    machinery.walls.slips[part] = 1.0
     slides.moves[part] = 0.0
 
 

@@ -33,9 +33,6 @@ def refuse_unbuilt(deck: Deck) -> None:
         for keyword, expected in NOT_BUILT.items()
         for block in deck.blocks(keyword)
     ]
-    for block in deck.blocks("PART"):
-        if block["SHAPE"] == "MESH":
-            problems.append(problem(block, "SHAPE=MESH, which is not built yet", "CYLINDER or PLANE"))
     for block in deck.blocks("PARTICLE TYPE"):
         problems += fixing_problems(block)
     for block in deck.blocks("MOTION"):
@@ -84,8 +81,8 @@ def refuse_turned_particles(deck: Deck, population: Population, slots_of) -> Non
         raise SceneError("\n".join(problems))
 
 
-def refuse_box_contacts(population: Population, groups: Groups, planes: list[Block]) -> None:
-    """Raise `SceneError` if rounded boxes could touch one another, or a plane."""
+def refuse_box_contacts(population: Population, groups: Groups) -> None:
+    """Raise `SceneError` if rounded boxes could touch one another."""
     problems = []
     boxes = [
         n for n, body in enumerate(population.bodies) if body.shape == BOX and np.any(population.species == n)
@@ -100,9 +97,3 @@ def refuse_box_contacts(population: Population, groups: Groups, planes: list[Blo
                 )
     if problems:
         raise SceneError("\n".join(problems[:10]))
-    for block in planes:
-        for a in boxes:
-            body = population.bodies[a]
-            if groups.may_touch[groups.of(body.group), groups.of(block.get("CONTACT GROUP"))]:
-                found = f"a plane that rounded boxes ({body.name}) may touch, which is not built yet"
-                raise SceneError(problem(block, found, "a cylinder, or contact groups that do not touch"))

@@ -14,9 +14,9 @@ Line contact of a flat face on a cylinder: F_n = pi/4 E* l d per length l, linea
 radius; the same damping with the linear g = b, and the same ratio S_t / S_n = 4 G* / E*.
 
 Corner of a rounded box on a plane or a mesh: the Hertz force of its rounding and a quarter of the flat punch of the
-box's largest face, F_n = 4/3 E* sqrt(r) d^(3/2) + 1/4 2/sqrt(pi) E* sqrt(A) d. A box that lies flat has the stiffness of
-the punch (King 1987, Int. J. Solids Structures 23, 1657), and as the energy depends on the depths of the corners only,
-no tilt makes energy or a jump.
+box's largest face, F_n = 4/3 E* sqrt(r) d^(3/2) + 1/4 2/sqrt(pi) E* sqrt(A) d. A box that lies flat has the stiffness
+of the punch (King 1987, Int. J. Solids Structures 23, 1657), and as the energy depends on the depths of the corners
+only, no tilt makes energy or a jump.
 
 Linear spring-dashpot: F_n = k_n d + 2 b sqrt(m* k_n) d', the same history and friction with k_t. A whole line contact
 has the stiffness k_n, a part of it its share, and each corner of a box a quarter.

@@ -22,6 +22,7 @@ from beltsim.solver.vectors import (
     product,
     put,
     put4,
+    rotate,
     scaled,
 )
 
@@ -38,7 +39,7 @@ class Amplitudes(NamedTuple):
 
 
 class Spins(NamedTuple):
-    """Rotation of each part about its local z axis."""
+    """Rotation of each part about an axis through its centre: a cylinder's local z, a mesh's own."""
 
     mode: Array  # (p,) int8: PRESCRIBED or FREE
     rate: Array  # (p,) rad/s, of a prescribed rotation
@@ -46,6 +47,7 @@ class Spins(NamedTuple):
     inertia: Array  # (p,) kg m2
     friction_torque: Array  # (p,) N m, of the bearing
     torque: Array  # (p,) N m, of the drive
+    axis: Array  # (3, p) unit, in the part's frame
 
 
 class Slides(NamedTuple):
@@ -90,7 +92,7 @@ def with_friction(rate, torque, friction, inertia, time_step):
 def move_parts(parts, spins, slides, amplitudes, time, time_step):
     """Drift of all parts over one step, with the velocities of its middle."""
     for p in range(parts.radius.size):
-        axis = axis_z(at4(parts.orientation, p))
+        axis = rotate(at4(parts.orientation, p), at(spins.axis, p))
         if spins.mode[p] == PRESCRIBED and spins.rate[p] != 0.0:
             rate = spins.rate[p] * factor_at(amplitudes, spins.amplitude[p], time + 0.5 * time_step)
             put(parts.angular_velocity, p, scaled(axis, rate))
@@ -108,7 +110,7 @@ def push_parts(parts, spins, slides, amplitudes, time, time_step):
     """Kick of all parts that follow their loads, over one step at the given time."""
     for p in range(parts.radius.size):
         if spins.mode[p] == FREE:
-            axis = axis_z(at4(parts.orientation, p))
+            axis = rotate(at4(parts.orientation, p), at(spins.axis, p))
             drive = spins.torque[p] * factor_at(amplitudes, spins.amplitude[p], time)
             torque = drive + dot(at(parts.torque, p), axis)
             rate = dot(at(parts.angular_velocity, p), axis)
@@ -140,7 +142,9 @@ def fastest_part(parts, slides):
     for p in range(parts.radius.size):
         speed = norm(at(parts.velocity, p)) if slides.moves[p] != 0.0 else 0.0
         spin = at(parts.angular_velocity, p)
-        swing = norm(across(spin, axis_z(at4(parts.orientation, p))))
+        swing = norm(spin)
+        if parts.half_length[p] > 0.0:  # no mesh, which comes to new places however it turns
+            swing = norm(across(spin, axis_z(at4(parts.orientation, p))))
         if swing > 1e-9 * norm(spin):  # rounding of a spin about the axis stays far below
             speed += swing * math.hypot(parts.radius[p], parts.half_length[p])
         fastest = max(fastest, speed)

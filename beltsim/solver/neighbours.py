@@ -119,8 +119,8 @@ def near_part(position, shapes, parts, i, p, skin):
 
 
 @kernel
-def part_pairs(position, shapes, chosen, grid, parts, part_group, skin):
-    """Pairs of the particles `chosen` (those of the grid) with parts; row p belongs to part p.
+def part_pairs(position, shapes, chosen, grid, parts, part_group, skin, planes):
+    """Pairs of the particles `chosen` (those of the grid) with cylinders and, if `planes`, planes; row p: part p.
 
     Returns `start` (parts + 1,) and `first` (pairs,) int32, the particles, ascending within a row.
     """
@@ -130,6 +130,9 @@ def part_pairs(position, shapes, chosen, grid, parts, part_group, skin):
     total = 0
     for p in range(count):
         begin = total
+        if parts.half_length[p] == 0.0 or (np.isinf(parts.radius[p]) and not planes):
+            start[p + 1] = total
+            continue
         candidates = candidates_near(chosen, grid, parts, p)
         for n in range(candidates.size):
             i = candidates[n]

@@ -30,6 +30,7 @@ from beltsim.solver.motion import (
     sum_part_loads,
 )
 from beltsim.solver.state import Array
+from beltsim.solver.wall_contacts import sum_point_loads, sum_wall_loads, wall_pass, wall_point_pass
 from beltsim.solver.vectors import (
     add,
     at,
@@ -299,8 +300,20 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
 
 
 @inner
-def find_contact_forces(particles, shapes, laws, spheres, boxes, sphere_parts, box_parts, parts, time_step):
+def find_contact_forces(
+    particles, shapes, laws, spheres, boxes, sphere_parts, box_parts, walls, points, parts, time_step
+):
     """Loads of all contacts."""
+    if walls is not None:
+        contacts, index, feelers, surfaces = walls
+        wall_pass(particles, shapes, laws, contacts, feelers, surfaces, parts, time_step)
+        sum_loads(particles, contacts.loads, index)
+        sum_wall_loads(parts, contacts, surfaces)
+    if points is not None:
+        contacts, index, surfaces, point_part = points
+        wall_point_pass(particles, shapes, laws, contacts, surfaces, point_part, parts, time_step)
+        sum_loads(particles, contacts.loads, index)
+        sum_point_loads(parts, contacts, point_part)
     if spheres is not None:
         contacts, index = spheres
         sphere_sphere_pass(particles, shapes, laws, contacts, time_step)
@@ -329,7 +342,8 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
     ----------
     belt : (Bonds, Runs, BondKinds) or None
     strength : BondStrength or None
-    lists : (spheres, boxes, sphere_parts, box_parts), each (Contacts, Loads) or None
+    lists : (spheres, boxes, sphere_parts, box_parts), each (Contacts, Loads) or None, and (walls, points): see
+        `beltsim.wall_lists`, or None
     drives : (Spins, Slides, Amplitudes)
     given : GivenLoads or None
 
