@@ -18,8 +18,11 @@ box's largest face, F_n = 4/3 E* sqrt(r) d^(3/2) + 1/4 2/sqrt(pi) E* sqrt(A) d. 
 of the punch (King 1987, Int. J. Solids Structures 23, 1657), and as the energy depends on the depths of the corners
 only, no tilt makes energy or a jump.
 
+Two rounded boxes: an elastic foundation of the stiffness K = E* / h per area, h the mean of both half thicknesses, as
+each body yields from its face to its middle (`box_box` says how it adds up over faces, edges and corners); g = b.
+
 Linear spring-dashpot: F_n = k_n d + 2 b sqrt(m* k_n) d', the same history and friction with k_t. A whole line contact
-has the stiffness k_n, a part of it its share, and each corner of a box a quarter.
+has the stiffness k_n, a part of it its share, each corner of a box a quarter, and the smaller of two boxes' faces k_n.
 """
 
 from __future__ import annotations
@@ -136,6 +139,21 @@ def linear_corner(pair, overlap, radius, side):  # noqa: ARG001
     return stiffness * overlap, stiffness, 0.25 * pair.tangential_stiffness, pair.damping
 
 
+@inner
+def hertz_face(pair, half_thickness, area):  # noqa: ARG001
+    """Normal and tangential stiffness per area [Pa/m] and damping ratio of two faces that lie on each other.
+
+    `half_thickness` is the mean of both bodies [m], `area` that of the smaller face [m2].
+    """
+    return pair.normal_modulus / half_thickness, 4.0 * pair.shear_modulus / half_thickness, pair.damping
+
+
+@inner
+def linear_face(pair, half_thickness, area):  # noqa: ARG001
+    """The same of a linear spring-dashpot: its stiffness is that of the smaller face."""
+    return pair.normal_stiffness / area, pair.tangential_stiffness / area, pair.damping
+
+
 def point_law(pair, overlap, radius):
     """Springs of a point contact by the law of `pair`; compiled code has the one law of its scene only."""
     law = linear_point if isinstance(pair, LinearPair) else hertz_point
@@ -152,6 +170,12 @@ def corner_law(pair, overlap, radius, side):
     """Springs of a box corner, likewise."""
     law = linear_corner if isinstance(pair, LinearPair) else hertz_corner
     return law(pair, overlap, radius, side)
+
+
+def face_law(pair, half_thickness, area):
+    """Foundation of two faces, likewise."""
+    law = linear_face if isinstance(pair, LinearPair) else hertz_face
+    return law(pair, half_thickness, area)
 
 
 @overload(point_law, jit_options=INLINE)
@@ -173,6 +197,13 @@ def _corner_law(pair, overlap, radius, side):  # noqa: ARG001
     if pair.instance_class is LinearPair:
         return lambda pair, overlap, radius, side: linear_corner(pair, overlap, radius, side)
     return lambda pair, overlap, radius, side: hertz_corner(pair, overlap, radius, side)
+
+
+@overload(face_law, jit_options=INLINE)
+def _face_law(pair, half_thickness, area):  # noqa: ARG001
+    if pair.instance_class is LinearPair:
+        return lambda pair, half_thickness, area: linear_face(pair, half_thickness, area)
+    return lambda pair, half_thickness, area: hertz_face(pair, half_thickness, area)
 
 
 @inner
