@@ -126,6 +126,8 @@ def _chosen(rollers: list[Roller], settings: Settings, warnings: list[str]) -> l
     limits = {"diameter_limit": settings.diameter_limit, "quantity_limit": settings.quantity_limit}
     rollers = roll.classified(rollers, **limits)
     low, high = settings.min_diameter or 0.0, settings.max_diameter or float("inf")
+    # A diameter of just the limit must not fall beyond it by a rounding error of the file.
+    low, high = low * (1 - 1e-9), high * (1 + 1e-9)
     return [r for r in rollers if low <= r.diameter <= high and settings.only in (None, r.kind)]
 
 
@@ -151,20 +153,22 @@ def left_out_lines(found: Found) -> list[str]:
 
 def _settings_lines(data: bytes, name: str, found: Found, settings: Settings, belts) -> list[str]:
     lines = [
-        f"source = {Path(name).name}",
+        f"source = {_printable(Path(name).name)}",
         f"sha256 = {sha256(data).hexdigest()}",
         f"save version = {found.header.version}",
-        f"product = {' '.join(found.header.product.split())}"
-        if found.header.product
-        else "product = unknown",
+        f"product = {_printable(found.header.product) or 'unknown'}",
         f"millimetres per unit = {found.unit_mm:g}",
     ]
-    lines += [f"belt = {Path(belt).name}" for belt in belts]
+    lines += [f"belt = {_printable(Path(belt).name)}" for belt in belts]
     for field in fields(Settings):
         value = getattr(settings, field.name)
         if value not in (None, "") and field.name != "unit_mm":
             lines.append(f"{field.name.replace('_', ' ')} = {_text(value)}")
     return lines
+
+
+def _printable(text: str) -> str:
+    return " ".join("".join(sign if sign.isprintable() else " " for sign in text).split())
 
 
 def _text(value) -> str:

@@ -197,7 +197,8 @@ def geometry_name(roller: Roller) -> str:
 
 def _clean(name: str) -> str:
     """A CAD name as one word without signs that mean something in an INP text."""
-    return re.sub(r"""[\s,"'=*?]+""", "_", name).strip("_")
+    printable = "".join(sign if sign.isprintable() else " " for sign in name)
+    return re.sub(r"""[\s,"'=*?]+""", "_", printable).strip("_")
 
 
 def quaternion_of(axis: Vector) -> tuple[float, float, float, float]:

@@ -193,6 +193,15 @@ def test_a_cad_name_that_looks_numbered_takes_no_name_twice():
     assert len(set(found)) == len(found)
 
 
+@pytest.mark.parametrize(
+    "name", ["Rolle ø 7", "a,b", "x = 1", "#7", "**", "  ", "a\tb\x01c", "é*?", '"q"', "SAME", "-1"]
+)
+def test_any_cad_name_gives_a_name_that_reads_back(name):
+    rollers = roll.named(ready([one(cad_name=name), one(cad_name="other")]), by="cad")
+    deck = deck_of([replace(r, speed=1.0) for r in rollers])
+    assert inp.read_text(inp.dumps(deck)) == deck
+
+
 # --- decks -----------------------------------------------------------------------------------------------------
 
 
