@@ -51,6 +51,9 @@ def bond_row_sums(particles, bonds, kinds, stiffness, angular_stiffness, tension
     """
     mass, inertia = particles.mass, particles.inertia
     sums = np.zeros((6, mass.size))
+    # Of one particle's own block the bonds are summed before their size is taken: shear and rotation cancel there
+    # between opposite bonds, which is 5 % of the step on belt grids.
+    own = np.zeros((6, 6, mass.size))
     rows = np.zeros((2, 6, 6))
     masses = np.zeros((2, 6))
     values = np.zeros(6)
@@ -70,13 +73,20 @@ def bond_row_sums(particles, bonds, kinds, stiffness, angular_stiffness, tension
             values[1] += pull
             values[2] += pull
         for a in range(12):
-            total = 0.0
+            particle = i if a < 6 else j
             for c in range(12):
                 entry = 0.0
                 for k in range(6):
                     entry += values[k] * rows[a // 6, k, a % 6] * rows[c // 6, k, c % 6]
-                total += abs(entry) / math.sqrt(masses[a // 6, a % 6] * masses[c // 6, c % 6])
-            sums[a % 6, i if a < 6 else j] += total
+                entry /= math.sqrt(masses[a // 6, a % 6] * masses[c // 6, c % 6])
+                if a // 6 == c // 6:
+                    own[a % 6, c % 6, particle] += entry
+                else:
+                    sums[a % 6, particle] += abs(entry)
+    for i in range(mass.size):
+        for a in range(6):
+            for c in range(6):
+                sums[a, i] += abs(own[a, c, i])
     return sums
 
 
