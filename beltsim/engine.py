@@ -14,7 +14,6 @@ from beltsim.scene.touching import of_shape
 from beltsim.solver.bonds import bond_measures
 from beltsim.solver.motion import Slides, Spins
 from beltsim.solver.reference_integrator import advance_reference
-from beltsim.wall_lists import part_of_pairs, part_of_points
 from beltsim.solver.steps import (
     DONE,
     LISTS_STALE,
@@ -27,6 +26,7 @@ from beltsim.solver.steps import (
     find_forces,
     spin_of_momentum,
 )
+from beltsim.wall_lists import part_of_pairs, part_of_points
 
 STEPPERS = {"VERLET": advance, "PEFRL": advance_reference}
 

@@ -91,16 +91,19 @@ def radius_of(scene: Scene) -> np.ndarray:
 def descriptions(scene: Scene) -> list[PartDescription]:
     """What stays the same about each *PART; cylinder particles are among the particles."""
     parts, found = scene.machinery.parts, []
+    meshes = {mesh.part: mesh for mesh in scene.machinery.meshes}
     for p, info in enumerate(scene.machinery.info):
         if info.particle < 0:
-            sizes = {}
-            if np.isfinite(parts.radius[p]):
+            sizes, surface = {}, ()
+            if p in meshes:
+                surface = meshes[p].vertices, meshes[p].triangles
+            elif np.isfinite(parts.radius[p]):
                 sizes = {
                     "diameter": 2.0 * float(parts.radius[p]),
                     "length": 2.0 * float(parts.half_length[p]),
                     "edge_radius": float(parts.edge_radius[p]),
                 }
-            found.append(PartDescription(info.name, info.shape, info.part_class, sizes, info.color))
+            found.append(PartDescription(info.name, info.shape, info.part_class, sizes, info.color, *surface))
     return found
 
 

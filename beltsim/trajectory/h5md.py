@@ -208,6 +208,9 @@ def _describe(group: h5py.Group, part: PartDescription, p: int) -> None:
     sizes = group.create_group("sizes")
     for name, size in part.sizes.items():
         sizes.attrs[name] = float(size)
+    if part.faces is not None:
+        group.create_dataset("vertices", data=part.vertices, dtype="f8").attrs["unit"] = "m"
+        group.create_dataset("faces", data=part.faces, dtype="i8")
 
 
 def _create_observables(file: h5py.File, contents: Contents) -> list[Series]:

@@ -87,6 +87,10 @@ class PartDescription:
     part_class: str = ""
     sizes: dict[str, float] = field(default_factory=dict)
     color: str = ""
+    vertices: np.ndarray | None = field(default=None, compare=False)
+    """(v, 3) float64 [m] of a mesh, in the part's frame; /parts/<name>/vertices."""
+    faces: np.ndarray | None = field(default=None, compare=False)
+    """(f, 3) int64 rows of the vertices; /parts/<name>/faces."""
 
 
 @dataclass(frozen=True)

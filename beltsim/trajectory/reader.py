@@ -177,7 +177,8 @@ def _descriptions(parts: h5py.Group) -> tuple[PartDescription, ...]:
 def _part(name: str, group: h5py.Group) -> PartDescription:
     attributes = group.attrs
     sizes = {name: float(size) for name, size in group["sizes"].attrs.items()}
-    return PartDescription(name, attributes["shape"], attributes["class"], sizes, attributes["color"])
+    mesh = {key: group[key][()] for key in ("vertices", "faces") if key in group}
+    return PartDescription(name, attributes["shape"], attributes["class"], sizes, attributes["color"], **mesh)
 
 
 def _observable(name: str, element: h5py.Group) -> tuple[str, str, int]:

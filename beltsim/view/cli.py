@@ -153,9 +153,10 @@ def _scenery(case: Path, frame: int, colour_by: str, hide: frozenset[str], limit
 
     _refuse_colouring(colour_by, frames.COLOUR_BY, f"{case} is read as a trajectory")
     with trajectory.read(case) as opened:
-        meshes = [part.name for part in opened.contents.parts if part.shape == "MESH"]
+        parts = opened.contents.parts
+        meshes = [part.name for part in parts if part.shape == "MESH" and part.faces is None]
         if meshes and "parts" not in hide:
-            say(f"warning: not drawn, since a trajectory does not keep their triangles: {', '.join(meshes)}")
+            say(f"warning: not drawn, since the trajectory lacks their triangles: {', '.join(meshes)}")
         return frames.scenery_of_frame(opened, frame, colour_by, hide=hide, limits=limits)
 
 

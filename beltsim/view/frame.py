@@ -8,7 +8,7 @@ from beltsim.trajectory.layout import Contents, Frame
 
 from .errors import NothingToDraw, ViewProblem
 from .particles import Particles, layers, own_colours, solids, type_colours
-from .parts import add_rolls_and_planes, part_colour
+from .parts import add_rolls_and_planes, part_colour, placed_mesh
 from .scenery import Scenery
 from .values import largest_of_bonds, legend_of, paint
 
@@ -113,6 +113,9 @@ def _add_parts(contents: Contents, frame: Frame, scenery: Scenery) -> None:
         if part.shape == "CYLINDER":
             colour = part_colour(part.color, part.part_class)
             rolls.append((position, orientation, part.sizes["diameter"], part.sizes["length"], colour))
+        elif part.faces is not None:
+            colour = part_colour(part.color, part.part_class)
+            scenery.items.append(placed_mesh(part.vertices, part.faces, position, orientation, colour))
         elif part.shape == "PLANE":
             planes.append((position, orientation))
     add_rolls_and_planes(scenery, rolls, planes)

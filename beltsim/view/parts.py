@@ -28,8 +28,13 @@ def cylinders(rows: list[tuple]) -> Cylinders:
 def mesh_file(path: Path, scale: float, position, orientation, colour) -> Mesh:
     """The triangles of an STL, OBJ or PLY file, scaled to m, turned and moved."""
     mesh = _loaded(path)
+    return placed_mesh(mesh.vertices * scale, mesh.faces, position, orientation, colour)
+
+
+def placed_mesh(vertices: np.ndarray, faces: np.ndarray, position, orientation, colour) -> Mesh:
+    """Triangles of a part's frame, turned and moved to where the part is."""
     turn = rotation_matrices(np.reshape(orientation, (1, 4)))[0]
-    return Mesh(mesh.vertices * scale @ turn.T + position, mesh.faces, colour)
+    return Mesh(vertices @ turn.T + position, faces, colour)
 
 
 def _loaded(path: Path):
