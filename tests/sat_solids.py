@@ -144,6 +144,24 @@ def drilled(solid, point, normal, radius, depth) -> Solid:
     return solid
 
 
+def radially_drilled(radius, length, hole, depth) -> Solid:
+    """A cylinder along z with a blind hole along x; they meet in a free curve, as CAD systems write it."""
+    solid = cylinder(2 * radius, length)
+    reach, floor = sqrt(radius**2 - hole**2), radius - depth
+    mouth, bottom = solid.vertex((reach, hole, 0.0)), solid.vertex((floor, hole, 0.0))
+    inner = "surfintcur nubs 3 periodic 2 0 3 6.28 3 0.001 cone 0 0 0 0 0 1 1 0 0 1 I I 0 1 forward I I I I"
+    rim = solid.edge(mouth, mouth, Curve("intcurve", f"forward {{ {inner} }}"), 0.0, 2 * pi)
+    circle_below = Curve("ellipse", (floor, 0, 0, 1, 0, 0, 0, hole, 0, 1))
+    ring = solid.edge(bottom, bottom, circle_below, 0.0, 2 * pi)
+    shell = solid.shells[0]
+    drum = next(i for i, face in enumerate(shell) if face.surface.kind == "cone")
+    shell[drum] = shell[drum]._replace(loops=[*shell[drum].loops, [(rim, False)]])
+    wall = Surface("cone", (0, 0, 0, 1, 0, 0, 0, hole, 0, 1, 0, 1, hole))
+    shell.append(Face(wall, True, [[(rim, True)], [(ring, False)]]))
+    shell.append(Face(Surface("plane", (floor, 0, 0, 1, 0, 0, 0, 1, 0)), False, [[(ring, True)]]))
+    return solid
+
+
 def with_void(outer: Solid, void: Solid) -> Solid:
     """`outer` with a closed void inside, whose profile must run the other way round."""
     vertices, edges = len(outer.vertices), len(outer.edges)

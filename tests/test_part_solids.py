@@ -226,6 +226,12 @@ def test_a_drum_with_drilled_ends_is_recognised_with_a_warning():
     assert "do not revolve" in result.warnings[0]
 
 
+def test_a_drum_with_a_hole_in_its_shell_is_recognised_with_a_warning():
+    result = found(solids.radially_drilled(200, 500, 10, 30))
+    assert_is(result.rollers[0], 400, 500)
+    assert "2 of 5 faces do not revolve" in result.warnings[0]
+
+
 def test_conical_bodies_are_listed_and_written_when_asked_for():
     tapered = [(0, -230), (10, -230), (10, -200), (50, -200), (66, 200), (10, 200), (10, 230), (0, 230)]
     for solid, diameter, length, overall in (

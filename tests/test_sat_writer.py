@@ -24,13 +24,9 @@ SOLIDS = {
     "half": lambda: solids.extrude(solids.half_disc(50), high=300),
     "plate": lambda: solids.extrude(solids.rectangle(400, 300), [solids.circle(40, ccw=False)], high=20),
     "rounded": lambda: solids.extrude(solids.rounded_rectangle(100, 50, 10), high=300),
+    "radially drilled": lambda: solids.radially_drilled(200, 500, 10, 30),
     "drilled": lambda: solids.drilled(roller(400, 500, 80, 700), (0, 120, 250), (0, 0, 1), 15, 30),
 }
-
-
-def corners(loop):
-    """How often each edge is run forward less how often backward."""
-    return Counter({edge: 0 for edge, _ in loop}) + Counter()
 
 
 @pytest.mark.parametrize("name", SOLIDS)
