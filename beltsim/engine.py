@@ -18,7 +18,7 @@ from beltsim.solver.steps import (
     DONE,
     LISTS_STALE,
     LOST,
-    TOO_FAST,
+    WOUND_UP,
     Clock,
     Environment,
     GivenLoads,
@@ -117,7 +117,14 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     """Make all lists anew at the present positions and carry the contact history over.
 
     `origin` is the old slot of each particle after insertion or removal.
+
+    Raises
+    ------
+    BlowUp
+        If a particle moves more than half the skin in one step: it could pass another one unseen.
     """
+    if fastest_step(state) > 0.5 * state.skin:
+        raise BlowUp(diagnosis(state))
     scene, population = state.scene, state.scene.population
     count = population.count
     chosen = of_shape(population, SPHERE), of_shape(population, BOX)
@@ -192,7 +199,9 @@ def advance_by(state: State, steps: int) -> None:
         state.step += done
         state.total_steps += done
         steps -= done
-        if reason == LOST or (reason == TOO_FAST and fastest_step(state) > 0.5 * state.skin):
+        if reason == WOUND_UP:
+            raise BlowUp(wound_diagnosis(state))
+        if reason == LOST:
             raise BlowUp(diagnosis(state))
         if reason != DONE:
             renew_lists(state)
@@ -221,6 +230,18 @@ def diagnosis(state: State) -> str:
     )
 
 
+def wound_diagnosis(state: State) -> str:
+    """Which bond is turned almost all the way round, and when."""
+    scene, id = state.scene, state.scene.population.id
+    measures, _ = bond_measures(scene.population.particles, scene.bonds, scene.kinds)
+    worst = int(np.argmax(measures[6]))
+    return (
+        f"blow-up at t = {state.time:.6g} s: the bond of particles {id[scene.bonds.first[worst]]} and "
+        f"{id[scene.bonds.second[worst]]} is turned by {np.degrees(measures[6, worst]):.1f} degrees; beyond 180 its "
+        "moment would change its sign"
+    )
+
+
 def largest_load(state: State, slot: int) -> str:
     """What pushed a particle hardest."""
     scene, population = state.scene, state.scene.population
@@ -229,6 +250,8 @@ def largest_load(state: State, slot: int) -> str:
         measures, _ = bond_measures(population.particles, scene.bonds, scene.kinds)
         force = np.hypot(measures[0], measures[1])
         loads += partners(scene.bonds, force, slot, "bond with particle", population.id)
+    if state.lists is None:  # before the first list
+        return heaviest(loads)
     names = ("contact with particle", "contact with particle", "contact with part", "contact with part")
     parts = np.array([part.name for part in scene.machinery.info])
     loads += of_walls(state, slot, parts)
@@ -236,8 +259,7 @@ def largest_load(state: State, slot: int) -> str:
         if family is not None:
             force = np.linalg.norm(family[0].loads[:3], axis=0)
             loads += partners(family[0], force, slot, name, population.id if n < 2 else parts, n < 2)
-    force, text = max(loads, key=lambda load: load[0] if np.isfinite(load[0]) else np.inf)
-    return text if force == 0.0 else f"its largest load, {force:.4g} N, is the {text}"
+    return heaviest(loads)
 
 
 def of_walls(state: State, slot: int, parts: np.ndarray) -> list[tuple[float, str]]:
@@ -250,6 +272,12 @@ def of_walls(state: State, slot: int, parts: np.ndarray) -> list[tuple[float, st
             names = parts[part_of(family)[pairs]]
             found += [(float(size), f"contact with part {name}") for size, name in zip(force, names)]
     return found
+
+
+def heaviest(loads: list[tuple[float, str]]) -> str:
+    """The largest of some loads in words; one that is no number counts as the largest."""
+    force, text = max(loads, key=lambda load: load[0] if np.isfinite(load[0]) else np.inf)
+    return text if force == 0.0 else f"its largest load, {force:.4g} N, is the {text}"
 
 
 def partners(pairs, force, slot: int, text: str, names, both: bool = True) -> list[tuple[float, str]]:

@@ -60,6 +60,7 @@ def bonds_between(first, second):
         np.zeros((9, TILE)),
         np.zeros((13, 2 * TILE)),
         np.zeros(TILE, np.int8),
+        np.zeros(1, np.int64),
     )
 
 

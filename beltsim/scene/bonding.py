@@ -218,6 +218,7 @@ def bonds_of(deck: Deck, population: Population) -> Bonding | None:
         loads=np.zeros((9, TILE)),
         scratch=np.zeros((13, 2 * TILE)),
         over=np.zeros(TILE, np.int8),
+        wound=np.zeros(1, np.int64),
     )
     return Bonding(bonds, runs, kinds_of(kinds), strength_of(kinds, length.size), place)
 

@@ -17,6 +17,9 @@ from beltsim.solver.vectors import add, at, at4, dot, norm, product, sub
 TILE = 256
 """Bonds whose loads are held at a time: 18 kB, so that they stay in the first-level cache."""
 
+WOUND = 3.1
+"""Relative rotation [rad] of a bond, 178 degrees, at which a run stops: beyond 180 the moment would change its sign."""
+
 BROKEN_IN_TENSION = 1
 BROKEN_IN_SHEAR = 2
 
@@ -81,11 +84,14 @@ def bond_tile(
     limits : (section, tensile strength, shear strength), or None for bonds that cannot break
     intact, over : (bonds,) int8 and (TILE,) int8 for breakable bonds, else None; `over` gets the mode of a new break
     loads : nine rows (TILE,): force on the first particle, torques on the first and on the second
+
+    Returns how many bonds are turned almost all the way round (`WOUND`).
     """
+    wound = 0
     for n in range(count):
         i, j = first + np.uint64(n), second + np.uint64(n)
         d = sub(of(position, j), of(position, i))
-        mid, _, _, force, moment, pull, torque = elastic_loads(
+        mid, _, rotation, force, moment, pull, torque = elastic_loads(
             d, of4(orientation, i), of4(orientation, j), kind
         )
         relative = sub(of(velocity, j), of(velocity, i))
@@ -98,10 +104,12 @@ def bond_tile(
             mode = BROKEN_IN_TENSION if tension >= tensile else (BROKEN_IN_SHEAR if slide >= shear else 0)
             over[n] = mode
             keep = 1.0 if mode == 0 and intact[base + np.uint64(n)] != 0 else 0.0
+        wound += 1 if keep * dot(rotation, rotation) > WOUND * WOUND else 0
         for row in range(3):
             loads[row][n] = keep * f[row]
             loads[3 + row][n] = keep * torque_i[row]
             loads[6 + row][n] = keep * torque_j[row]
+    return wound
 
 
 @vector_kernel
@@ -172,6 +180,7 @@ def bond_pass(particles, bonds, runs, kinds, strength, step):
     near, moving = (scratch[0], scratch[1], scratch[2]), (scratch[3], scratch[4], scratch[5])
     turned = (scratch[6], scratch[7], scratch[8], scratch[9])
     turning = (scratch[10], scratch[11], scratch[12])
+    bonds.wound[0] = 0
     for r in range(runs.base.size):
         t = runs.kind[r]
         kind = kind_of(kinds, t)
@@ -183,14 +192,14 @@ def bond_pass(particles, bonds, runs, kinds, strength, step):
             base = runs.base[r] + start
             if runs.first[r] >= 0:
                 i, j = np.uint64(runs.first[r] + start), np.uint64(runs.second[r] + start)
-                bond_tile(
+                bonds.wound[0] += bond_tile(
                     i, j, np.uint64(base), count, position, velocity, orientation, spin, kind, limits,
                     None if strength is None else bonds.intact, None if strength is None else over, out,
                 )  # fmt: skip
                 add_tile(i, j, count, out, force, torque)
             else:
                 gather(particles, bonds, base, count, scratch)
-                bond_tile(
+                bonds.wound[0] += bond_tile(
                     np.uint64(0), np.uint64(TILE), np.uint64(base), count, near, moving, turned, turning, kind, limits,
                     None if strength is None else bonds.intact, None if strength is None else over, out,
                 )  # fmt: skip
@@ -205,12 +214,12 @@ def bond_measures(particles, bonds, kinds):
 
     Returns
     -------
-    (6, m) : axial force [N, tension positive], shear force [N], bending moment [N m], twist moment [N m],
-        elongation [-], bending angle [rad]
+    (7, m) : axial force [N, tension positive], shear force [N], bending moment [N m], twist moment [N m],
+        elongation [-], bending angle [rad], whole relative rotation [rad]
     energy : elastic energy of all bonds [J]
     """
     first, second, intact = bonds.first, bonds.second, bonds.intact
-    measures = np.zeros((6, first.size))
+    measures = np.zeros((7, first.size))
     energy = 0.0
     for b in range(first.size):
         if intact[b]:
@@ -225,5 +234,6 @@ def bond_measures(particles, bonds, kinds):
             measures[3, b] = moment[0]
             measures[4, b] = e[0] / kind[0]
             measures[5, b] = norm((0.0, rotation[1], rotation[2]))
+            measures[6, b] = norm(rotation)
             energy += 0.5 * (dot(e, force) + dot(rotation, moment))
     return measures, energy

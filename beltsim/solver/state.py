@@ -52,6 +52,7 @@ class Bonds(NamedTuple):
     loads: Array  # (9, tile) of the bonds at work: force on the first, torques on the first and the second
     scratch: Array  # (13, 2 tile) state of scattered bonds' particles
     over: Array  # (tile,) int8, mode of a new break
+    wound: Array  # (1,) int64, how many bonds are turned almost all the way round
 
 
 class Runs(NamedTuple):

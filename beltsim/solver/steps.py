@@ -30,7 +30,6 @@ from beltsim.solver.motion import (
     sum_part_loads,
 )
 from beltsim.solver.state import Array
-from beltsim.solver.wall_contacts import sum_point_loads, sum_wall_loads, wall_pass, wall_point_pass
 from beltsim.solver.vectors import (
     add,
     at,
@@ -47,11 +46,13 @@ from beltsim.solver.vectors import (
     scaled,
     sub,
 )
+from beltsim.solver.wall_contacts import sum_point_loads, sum_wall_loads, wall_pass, wall_point_pass
 
 DONE = 0
 LISTS_STALE = 1
 TOO_FAST = 2
 LOST = 3
+WOUND_UP = 4
 
 
 class Clock(NamedTuple):
@@ -351,7 +352,7 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
     -------
     done : whole steps that were made
     reason : DONE; LISTS_STALE; TOO_FAST: some particle moved more than `clock.cap` in the last step; LOST: some
-        particle is not finite, and the step is not finished
+        particle is not finite, and the step is not finished; WOUND_UP: some bond is turned by almost 180 degrees
     """
     spins, slides, amplitudes = drives
     dt = clock.time_step
@@ -381,6 +382,8 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         )
         environment.part_travel[0] += dt * fastest_part(parts, slides)
         # Nobody beyond `reach`, nobody faster than `cap`: no pair gets from beyond the skin into touch next step.
+        if belt is not None and belt[0].wound[0] > 0:
+            return n + 1, WOUND_UP
         if fast > 0:
             return n + 1, TOO_FAST
         if far > 0 or environment.part_travel[0] > 0.25 * clock.skin:
