@@ -7,7 +7,10 @@ from pathlib import Path
 
 import pytest
 import sat_solids as solids
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from sat_solids import VERSIONS, Body, box, cylinder, revolve, roller, write_sat
+from scipy.spatial.transform import Rotation
 
 from partconverter.finding import find_rollers
 from partconverter.sat import SatError
@@ -393,6 +396,42 @@ def test_sheared_and_crooked_transforms_are_refused():
         found(Body([cylinder(133, 380)], shift=(1, 2, 3), shear=True))
     with pytest.raises(SatError, match="no rotation"):
         found(Body([cylinder(133, 380)], matrix=((1, 0.1, 0), (0, 1, 0), (0, 0, 1))))
+
+
+directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: sum(x * x for x in v) > 0.01)
+places = st.tuples(*[st.floats(-1e6, 1e6)] * 3)
+
+
+@settings(max_examples=80, deadline=None, derandomize=True)
+@given(
+    version=st.sampled_from(VERSIONS[1:]),
+    diameter=st.floats(20, 2000),
+    length=st.floats(10, 3000),
+    centre=places,
+    axis=directions,
+    turn=st.tuples(directions, st.floats(0, 3.1)),
+    shift=places,
+    unit_mm=st.sampled_from([1.0, 10.0, 25.4, 1000.0]),
+    pieces=st.integers(1, 4),
+    seam=st.booleans(),
+)
+def test_any_roller_is_found_anywhere(
+    version, diameter, length, centre, axis, turn, shift, unit_mm, pieces, seam
+):
+    size = sqrt(sum(v * v for v in turn[0]))
+    matrix = Rotation.from_rotvec([turn[1] * v / size for v in turn[0]]).as_matrix().T
+    rows = tuple(map(tuple, matrix.tolist()))
+    scaled = [v / unit_mm for v in (diameter, length, *centre, *shift)]
+    shape = roller(
+        scaled[0], scaled[1], scaled[0] / 5, 1.2 * scaled[1], scaled[2:5], axis, pieces=pieces, seam=seam
+    )
+    one = only(Body([shape], matrix=rows, shift=scaled[5:]), version=version, unit_mm=unit_mm)
+    where = [p + s for p, s in zip(row_times(centre, rows), shift)]
+    assert one.diameter == pytest.approx(diameter / 1000, rel=1e-12, abs=1e-11)
+    # Coordinates of up to 2 km in mm have a round-off of 2e-10 mm each; a hundred operations stay below 1e-10 m.
+    assert one.drum.length == pytest.approx(length / 1000, abs=1e-10)
+    assert one.overall.length == pytest.approx(1.2 * length / 1000, abs=1e-10)
+    assert middle(one) == pytest.approx([v / 1000 for v in where], abs=1e-9)
 
 
 def test_the_axis_points_to_its_largest_positive_component():
