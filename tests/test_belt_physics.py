@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from beltsim.engine import advance_by
+from beltsim.verify.loops import add_pulley, pulley_case
 from beltsim.verify.stepping import (
     axial_forces,
     energy_of,
@@ -22,7 +23,16 @@ from beltsim.verify.stepping import (
     settle,
     start,
 )
-from beltsim.verify.strips import Strip, add_strip, case_deck, checked, line, strip_deck
+from beltsim.verify.strips import (
+    Strip,
+    add_belt_types,
+    add_strip,
+    case_deck,
+    checked,
+    line,
+    straight,
+    strip_deck,
+)
 
 STRIP = Strip(bonds=10)
 FIRST_BENDING = 0.329742  # Hz, of the cantilever
@@ -415,3 +425,20 @@ def test_a_strip_pulled_apart_breaks_once_records_it_and_conserves():
     # Breaking only takes energy; Verlet's own swing at a fifth of the limit is below (omega dt)^2 / 8 = 2 %.
     assert max(energies) < before * 1.02
     assert energies[-1] < before
+
+
+# --- loose boxes -----------------------------------------------------------------------------------------------
+
+
+def test_a_box_without_bonds_gets_its_step_from_its_contact_with_a_roller():
+    deck = pulley_case(0.0)
+    add_belt_types(deck, STRIP)
+    deck.add(
+        "PARTICLE", type="belt", rows={"id": [1], "position": [[0, 0, 0.105]], "orientation": straight(1)}
+    )
+    add_pulley(deck, "roller", 0.0, 0.1)
+    state = start(deck)
+    stiffness = (
+        0.25 * math.pi * STRIP.young / 0.91 * STRIP.width
+    )  # of the line contact with steel, a little less
+    assert state.stage.time_step < 2.0 / math.sqrt(0.99 * stiffness / 0.12)

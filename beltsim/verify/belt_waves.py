@@ -240,7 +240,7 @@ def moving_string() -> Findings:
         "moving_string", "Middle of a string that runs through two guides", "time [s]", "z [mm]",
         [
             Series("solver", times, 1e3 * values),
-            Series("sine of Skutch's frequency", fine, 1e3 * np.max(np.abs(values)) * np.sin(2 * np.pi * target * fine)),
+            Series("sine of Skutch's frequency", fine, 1e3 * np.abs(values).max() * np.sin(2 * np.pi * target * fine)),
         ],
     )  # fmt: skip
     return Findings([Row("first frequency at 3 m/s", "Hz", target, found, 0.02)], [plot])
