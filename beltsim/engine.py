@@ -7,7 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltsim.console import CommandError, ExitCode
-from beltsim.lists import Bonded, Families, Lists, bonded_neighbours, carry, make_lists, skin_of
+from beltsim.exclusions import Excluded, excluded_at_start, renewed
+from beltsim.lists import (
+    BETWEEN_PARTICLES,
+    Bonded,
+    Families,
+    Lists,
+    bonded_neighbours,
+    carry,
+    make_lists,
+    skin_of,
+)
 from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE
 from beltsim.scene.touching import of_shape
@@ -60,6 +70,7 @@ class State:
     families: Families
     bonded: Bonded
     skin: float
+    excluded: Excluded | None = None  # if any boxes may touch one another
     lists: Lists | None = None
     listed: np.ndarray | None = None
     part_travel: np.ndarray | None = None
@@ -84,7 +95,9 @@ def state_of(scene: Scene) -> State:
     count = scene.population.count
     skin = skin_of(bounding if bounding.size else source_sizes(scene))
     work = np.zeros(len(scene.machinery.info))
-    return State(scene, families, bonded_neighbours(count, bonds), skin, part_work=work)
+    boxes = of_shape(scene.population, BOX)
+    excluded = excluded_at_start(boxes, bonds) if families.box_boxes else None
+    return State(scene, families, bonded_neighbours(count, bonds), skin, excluded, part_work=work)
 
 
 def families_of(scene: Scene) -> Families:
@@ -97,6 +110,7 @@ def families_of(scene: Scene) -> Families:
         parts=bool(shapes - {"MESH"}),
         walls=(meshes and (spheres or boxes)) or (boxes and "PLANE" in shapes),
         points=meshes and boxes,
+        box_boxes=scene.boxes_may_touch,
     )
 
 
@@ -130,6 +144,8 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     chosen = of_shape(population, SPHERE), of_shape(population, BOX)
     if state.bonded.start.size != count + 1 or origin is not None:
         state.bonded = bonded_neighbours(count, scene.bonds)
+    if state.excluded is not None:
+        state.excluded = renewed(state.excluded, chosen[1], scene.bonds, population.particles, scene.shapes)
     machinery = scene.machinery
     new = make_lists(
         population.particles,
@@ -141,6 +157,7 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
         state.skin,
         chosen,
         (machinery.walls, machinery.tree),
+        state.excluded,
     )
     if state.lists is not None:
         origin = np.arange(count, dtype=np.int64) if origin is None else origin
@@ -252,13 +269,15 @@ def largest_load(state: State, slot: int) -> str:
         loads += partners(scene.bonds, force, slot, "bond with particle", population.id)
     if state.lists is None:  # before the first list
         return heaviest(loads)
-    names = ("contact with particle", "contact with particle", "contact with part", "contact with part")
     parts = np.array([part.name for part in scene.machinery.info])
     loads += of_walls(state, slot, parts)
-    for n, (name, family) in enumerate(zip(names, state.lists)):
+    for name in ("spheres", "boxes", "box_boxes", "sphere_parts", "box_parts"):
+        family = getattr(state.lists, name)
         if family is not None:
             force = np.linalg.norm(family[0].loads[:3], axis=0)
-            loads += partners(family[0], force, slot, name, population.id if n < 2 else parts, n < 2)
+            both = name in BETWEEN_PARTICLES
+            text, names = ("particle", population.id) if both else ("part", parts)
+            loads += partners(family[0], force, slot, f"contact with {text}", names, both)
     return heaviest(loads)
 
 

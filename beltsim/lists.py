@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beltsim.exclusions import Excluded, by_particle
 from beltsim.solver.hashgrid import hash_points
 from beltsim.solver.neighbours import (
     carry_history,
@@ -37,6 +38,11 @@ class Lists(NamedTuple):
     box_parts: Listed | None
     walls: ListedWalls | None  # spheres and boxes with meshes, boxes with planes
     points: ListedPoints | None  # boxes with folds and rims of meshes
+    box_boxes: Listed | None
+
+
+BETWEEN_PARTICLES = ("spheres", "boxes", "box_boxes")
+"""Families whose pairs load two particles; the others load a particle and a part."""
 
 
 class Families(NamedTuple):
@@ -47,6 +53,7 @@ class Families(NamedTuple):
     parts: bool
     walls: bool
     points: bool
+    box_boxes: bool
 
 
 class Bonded(NamedTuple):
@@ -83,8 +90,12 @@ def make_lists(
     skin: float,
     chosen: tuple[np.ndarray, np.ndarray],
     walls: tuple[Walls, WallTree],
+    excluded: Excluded | None,
 ) -> Lists:
-    """All lists at the present positions, without history; `chosen` = slots of spheres and of boxes."""
+    """All lists at the present positions, without history.
+
+    `chosen` = slots of spheres and of boxes; `excluded` = pairs of boxes that do not touch, if any boxes may.
+    """
     spheres, boxes = chosen
     position = particles.position
     widest = [float(shapes.bounding[slots].max()) if slots.size else 0.0 for slots in chosen]
@@ -93,6 +104,13 @@ def make_lists(
 
     def among(grid, half):
         start, second = particle_pairs(position, shapes, spheres, grid, skin, half, *bonded)
+        first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
+        return empty_contacts(start, first, second)
+
+    def among_boxes():
+        grid = hash_points(position, boxes, 2.0 * widest[1] + skin)
+        apart = by_particle(excluded, particles.mass.size)
+        start, second = particle_pairs(position, shapes, boxes, grid, skin, True, *apart)
         first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
         return empty_contacts(start, first, second)
 
@@ -122,6 +140,7 @@ def make_lists(
         indexed(with_parts(boxes, box_grid, False), False) if families.boxes and families.parts else None,
         near_walls,
         near_points,
+        indexed(among_boxes(), True) if families.box_boxes else None,
     )
 
 
@@ -132,11 +151,11 @@ def carry(new: Lists, old: Lists, origin: np.ndarray, parts: int) -> None:
         carry_walls(new.walls, old.walls, origin, parts)
     if new.points is not None:
         carry_points(new.points, old.points, origin)
-    for n, family in enumerate(new[:4]):
-        if family is None:
+    for name in ("spheres", "boxes", "box_boxes", "sphere_parts", "box_parts"):
+        if getattr(new, name) is None:
             continue
-        contacts, before = family[0], old[n][0]
-        if n < 2:
+        contacts, before = getattr(new, name)[0], getattr(old, name)[0]
+        if name in BETWEEN_PARTICLES:
             carry_history(contacts, before, contacts.second, before.second, origin, origin)
         else:
             carry_history(contacts, before, contacts.first, before.first, same_part, origin)

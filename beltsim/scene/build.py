@@ -11,8 +11,8 @@ from beltsim.inp import Block, Deck
 from beltsim.scene.bodies import BOX, SPHERE, Population, populate
 from beltsim.scene.bonding import Bonding, bonds_of
 from beltsim.scene.machinery import Machinery, amplitudes_of, machinery_of
-from beltsim.scene.touching import Groups, Materials, shapes_of
-from beltsim.scene.unbuilt import refuse_box_contacts, refuse_turned_particles, refuse_unbuilt
+from beltsim.scene.touching import Groups, Materials, shapes_of, touching_boxes
+from beltsim.scene.unbuilt import refuse_sharp_boxes, refuse_turned_particles, refuse_unbuilt
 from beltsim.solver.motion import Amplitudes
 from beltsim.solver.state import BondKinds, Bonds, BondStrength, Laws, Runs, Shapes
 
@@ -66,6 +66,11 @@ class Scene:
         """Whether there are rounded boxes."""
         return self.has_shape(BOX)
 
+    @property
+    def boxes_may_touch(self) -> bool:
+        """Whether contact groups let any two rounded boxes touch each other."""
+        return bool(touching_boxes(self.population, self.groups))
+
     def has_shape(self, shape: str) -> bool:
         """Whether particles of this shape are there now."""
         bodies, species = self.population.bodies, self.population.species
@@ -84,7 +89,7 @@ def build(deck: Deck) -> Scene:
     materials, groups = Materials(deck), Groups(deck)
     population = populate(deck)
     shapes = shapes_of(population, materials, groups)
-    refuse_box_contacts(population, groups)
+    refuse_sharp_boxes(touching_boxes(population, groups))
     refuse_turned_particles(deck, population, slots_of_motion)
     hold_moved_particles(deck, population)
     bonding = bonds_of(deck, population)

@@ -6,7 +6,7 @@ import numpy as np
 
 from beltsim import inp
 from beltsim.inp import Deck
-from beltsim.scene.bodies import BOX, CYLINDER, SPHERE, Population, unique
+from beltsim.scene.bodies import BOX, CYLINDER, SPHERE, Body, Population, unique
 from beltsim.solver.contact import damping_of_restitution
 from beltsim.solver.state import Laws, LinearLaws, Shapes
 
@@ -103,6 +103,19 @@ def shapes_of(population: Population, materials: Materials, groups: Groups) -> S
     )
 
 
+def touching_boxes(population: Population, groups: Groups) -> list[tuple[Body, Body]]:
+    """Pairs of particle types of rounded boxes that contact groups let touch each other."""
+    counts = np.bincount(population.species, minlength=len(population.bodies))
+    boxes = [n for n, body in enumerate(population.bodies) if body.shape == BOX and counts[n]]
+    rows = [groups.of(body.group) for body in population.bodies]
+    return [
+        (population.bodies[a], population.bodies[b])
+        for n, a in enumerate(boxes)
+        for b in boxes[n:]
+        if groups.may_touch[rows[a], rows[b]] and (a != b or counts[a] > 1)
+    ]
+
+
 def of_shape(population: Population, shape: str) -> np.ndarray:
     """Slots of particles of a shape, (n,) int32 ascending."""
     wanted = np.array([body.shape == shape for body in population.bodies], bool)
@@ -111,4 +124,4 @@ def of_shape(population: Population, shape: str) -> np.ndarray:
     )
 
 
-__all__ = ["BOX", "CYLINDER", "SPHERE", "Groups", "Materials", "of_shape", "shapes_of"]
+__all__ = ["BOX", "CYLINDER", "SPHERE", "Groups", "Materials", "of_shape", "shapes_of", "touching_boxes"]

@@ -6,8 +6,7 @@ import numpy as np
 
 from beltsim.console import CommandError, ExitCode
 from beltsim.inp import Block, Deck
-from beltsim.scene.bodies import BOX, Population
-from beltsim.scene.touching import Groups
+from beltsim.scene.bodies import Body, Population
 
 NOT_BUILT = {
     "FILL": "bulk from *SOURCE or *PARTICLE",
@@ -81,19 +80,12 @@ def refuse_turned_particles(deck: Deck, population: Population, slots_of) -> Non
         raise SceneError("\n".join(problems))
 
 
-def refuse_box_contacts(population: Population, groups: Groups) -> None:
-    """Raise `SceneError` if rounded boxes could touch one another."""
+def refuse_sharp_boxes(touching: list[tuple[Body, Body]]) -> None:
+    """Raise `SceneError` if boxes that may touch each other both have sharp edges: the law needs a rounding."""
     problems = []
-    boxes = [
-        n for n, body in enumerate(population.bodies) if body.shape == BOX and np.any(population.species == n)
-    ]
-    for n, a in enumerate(boxes):
-        for b in boxes[n:]:
-            first, second = population.bodies[a], population.bodies[b]
-            if groups.may_touch[groups.of(first.group), groups.of(second.group)]:
-                found = f"rounded boxes {first.name} and {second.name} that may touch, which is not built yet"
-                problems.append(
-                    problem(first.block, found, "one *CONTACT GROUP for the belt, or groups of one BELT")
-                )
+    for first, second in touching:
+        if first.edge_radius + second.edge_radius <= 0.0:
+            found = f"EDGE RADIUS=0 of rounded boxes {first.name} and {second.name}, which may touch"
+            problems.append(problem(first.block, found, "an EDGE RADIUS above 0 for one of them"))
     if problems:
         raise SceneError("\n".join(problems[:10]))

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from beltsim.solver.bond import to_world
 from beltsim.solver.bonds import bond_pass, of, of4, rows3, rows4
+from beltsim.solver.box_contacts import box_box_pass
 from beltsim.solver.contacts import (
     box_cylinder_pass,
     sphere_box_pass,
@@ -302,7 +303,18 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
 
 @inner
 def find_contact_forces(
-    particles, shapes, laws, spheres, boxes, sphere_parts, box_parts, walls, points, parts, time_step
+    particles,
+    shapes,
+    laws,
+    spheres,
+    boxes,
+    sphere_parts,
+    box_parts,
+    walls,
+    points,
+    box_boxes,
+    parts,
+    time_step,
 ):
     """Loads of all contacts."""
     if walls is not None:
@@ -315,6 +327,10 @@ def find_contact_forces(
         wall_point_pass(particles, shapes, laws, contacts, surfaces, point_part, parts, time_step)
         sum_loads(particles, contacts.loads, index)
         sum_point_loads(parts, contacts, point_part)
+    if box_boxes is not None:
+        contacts, index = box_boxes
+        box_box_pass(particles, shapes, laws, contacts, time_step)
+        sum_loads(particles, contacts.loads, index)
     if spheres is not None:
         contacts, index = spheres
         sphere_sphere_pass(particles, shapes, laws, contacts, time_step)
@@ -343,8 +359,8 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
     ----------
     belt : (Bonds, Runs, BondKinds) or None
     strength : BondStrength or None
-    lists : (spheres, boxes, sphere_parts, box_parts), each (Contacts, Loads) or None, and (walls, points): see
-        `beltsim.wall_lists`, or None
+    lists : (spheres, boxes, sphere_parts, box_parts), each (Contacts, Loads) or None; (walls, points): see
+        `beltsim.wall_lists`, or None; box_boxes as the first
     drives : (Spins, Slides, Amplitudes)
     given : GivenLoads or None
 
