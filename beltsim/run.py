@@ -11,6 +11,7 @@ import numpy as np
 
 from beltsim.console import CommandError, ExitCode
 from beltsim.engine import BlowUp, Stage, State, advance_by, begin_stage, renew_lists, state_of
+from beltsim.fill import fill_belts
 from beltsim.inp import Block, Deck
 from beltsim.measures import LOOK_PAUSE, Measures, look, measures_of, remember
 from beltsim.record import OBSERVABLES, contents_of, frame_of
@@ -117,6 +118,11 @@ def run(
     ------
     TimeStepError, BlowUp, Stopped
     """
+    for filled in fill_belts(scene):
+        say(
+            f"fill {filled.belt}: {filled.count} particles of {filled.particle_type}, {filled.mass:.4g} kg, "
+            "with the belt's velocity"
+        )
     state, tally = state_of(scene), Tally()
     tally.next_id = int(scene.population.id.max(initial=0)) + 1
     end = min(until, sum(block["DURATION"] for block in scene.steps))

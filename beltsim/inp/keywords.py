@@ -463,11 +463,18 @@ _CASE = (
     ),
     Keyword(
         "FILL",
-        "Bulk that starts on a belt and moves with it.",
+        "Bulk that starts on a belt and moves with it: spheres in a dense packing on the side that carries, where "
+        "the belt's normal looks up, each with the velocity of the nearest belt particle. What would touch "
+        "anything else is left out.",
         (
             _reference("PARTICLE TYPE", "PARTICLE TYPE", "type of the bulk", required=True),
             Parameter("BELT", "name", "the belt, as *CONTACT GROUP names it", required=True),
-            _number("HEIGHT", "length", "height of the layer", required=True),
+            _number(
+                "HEIGHT",
+                "length",
+                "height of the layer's level top above the lowest point of the belt's cross-section there",
+                required=True,
+            ),
             _SEED,
         ),
         key=("PARTICLE TYPE", "BELT"),

@@ -9,7 +9,6 @@ from beltsim.inp import Block, Deck
 from beltsim.scene.bodies import Body, Population
 
 NOT_BUILT = {
-    "FILL": "bulk from *SOURCE or *PARTICLE",
     "CHECKPOINT": "no *CHECKPOINT",
 }
 
