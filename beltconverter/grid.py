@@ -39,6 +39,9 @@ class Strips(NamedTuple):
 def columns_from(side: np.ndarray, mesh: Mesh, edges: Edges, count: int) -> np.ndarray:
     """Column (V,) of every node: hops from the belt edge `side`, with `len(side)` nodes in each of `count`."""
     column = _hops(side, len(mesh.points), edges.nodes)
+    if column.min() < 0:
+        # So it is with the two-sided cover of a piece that only looks like a Moebius belt: it touches itself in a node.
+        raise NotABelt("unstructured", "nodes that no edge joins to the belt's edge", REMESH)
     sizes = np.bincount(column)
     wrong = np.flatnonzero(sizes != len(side))
     if len(sizes) != count or len(wrong):
@@ -54,6 +57,7 @@ def columns_from(side: np.ndarray, mesh: Mesh, edges: Edges, count: int) -> np.n
 
 
 def _hops(sources: np.ndarray, count: int, edges: np.ndarray) -> np.ndarray:
+    """Hops (count,) over edges (E, 2) from the nearest source; -1 where no way leads."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import breadth_first_order
 
@@ -67,7 +71,7 @@ def _hops(sources: np.ndarray, count: int, edges: np.ndarray) -> np.ndarray:
     parents = place[
         before[order[1:]]
     ]  # never decreasing: a layer ends where the parents leave the layer before
-    hops = np.empty(count + 1, np.int64)
+    hops = np.zeros(count + 1, np.int64)
     begin, end, layer = 0, 1, 0
     while begin < end:
         hops[order[begin:end]] = layer

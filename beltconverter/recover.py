@@ -62,7 +62,10 @@ def _refuse_common_nodes(mesh: Mesh, parts: list[Mesh]) -> None:
 
 
 def _mended(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid] | None:
-    """Grids after leaving out facets without area, else at the smallest weld that proves the fewest pieces."""
+    """Grids after leaving out facets without area, else at the smallest weld that proves the fewest pieces.
+
+    Of equally few pieces a clear weld is preferred: see `_welds`.
+    """
     notes: list[str] = []
     plain = without_slivers(mesh, notes)
     if notes:
@@ -73,17 +76,19 @@ def _mended(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid] | Non
         else:
             warnings.extend(notes)
             return grids
-    best = None
-    for tolerance, merged in _welds(mesh, wishes.weld, 0.25):
+    best, best_rank = None, None
+    for tolerance, is_clear, merged in _welds(mesh, wishes.weld, 0.25):
         notes = []
         try:
             merged = cleaned(merged, [])
             grids = _grids(merged, edges_of(merged), wishes, notes)
         except NotABelt:
             continue
-        if best is None or len(grids) < len(best[0]):
+        rank = (len(grids), not is_clear)
+        if best is None or rank < best_rank:
+            best_rank = rank
             best = grids, [*notes, f"border nodes up to {tolerance:.3g} apart (file units) were welded"]
-        if len(grids) == 1:
+        if best_rank == (1, False):
             break
     if best:
         warnings.extend(best[1])
@@ -97,7 +102,7 @@ def _joined(mesh: Mesh, grids: list[Grid], wishes: Wishes, warnings: list[str]) 
     Belts side by side keep their distance: only 1 % of a cell is taken for rounding here.
     """
     best, best_notes = grids, []
-    for tolerance, merged in _welds(mesh, wishes.weld, 0.01):
+    for tolerance, _, merged in _welds(mesh, wishes.weld, 0.01):
         notes: list[str] = []
         try:
             trial = _grids(merged, edges_of(merged), wishes, notes)
@@ -111,9 +116,11 @@ def _joined(mesh: Mesh, grids: list[Grid], wishes: Wishes, warnings: list[str]) 
 
 
 def _welds(mesh: Mesh, most: float | None, share: float):
-    """Ever coarser welds (tolerance, mesh) of border nodes, from 1e-8 of the extent to `share` of an edge.
+    """Ever coarser welds (tolerance, is clear, mesh) of border nodes, from 1e-8 of the extent to `share` of an edge.
 
     Only levels at which another pair of nodes comes into reach are tried, so belts that keep clear cost nothing.
+    A level is clear if no further pair lies within four times its tolerance: it does not cut through the scatter
+    of one cause, as a level does that closes one half of a crack.
     """
     from scipy.spatial import cKDTree
 
@@ -134,7 +141,8 @@ def _welds(mesh: Mesh, most: float | None, share: float):
         near = apart <= min(tolerance, limit)
         if np.count_nonzero(near) > reached:
             reached = np.count_nonzero(near)
-            yield min(tolerance, limit), _merged(mesh, a[near], b[near])
+            is_clear = not np.any((apart > min(tolerance, limit)) & (apart <= 4 * tolerance))
+            yield min(tolerance, limit), is_clear, _merged(mesh, a[near], b[near])
         tolerance *= 2.5
 
 

@@ -45,6 +45,9 @@ def cleaned(mesh: Mesh, warnings: list[str]) -> Mesh:
     is_repeated = np.zeros(len(corners), bool)
     is_repeated[by_corners[1:]] = np.all(corners[by_corners[1:]] == corners[by_corners[:-1]], axis=1)
     _warn(warnings, np.count_nonzero(is_repeated), "duplicate facet")
+    if not len(corners):
+        remedy = "export the mesh with more digits"
+        raise NotABelt("degenerate", "no facet has three different nodes", remedy, mesh.points[0])
     return _kept(mesh, ~is_repeated)
 
 
