@@ -159,6 +159,8 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
         (machinery.walls, machinery.tree),
         state.excluded,
     )
+    if origin is not None:
+        renumber(state.stage, origin, state.listed.shape[1])
     if state.lists is not None:
         origin = np.arange(count, dtype=np.int64) if origin is None else origin
         carry(new, state.lists, origin, len(machinery.info))
@@ -169,6 +171,22 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     # from being called too fast.
     state.cap = max(1.5 * fastest_step(state), 0.02 * state.skin)
     state.list_builds += 1
+
+
+def renumber(stage: Stage, origin: np.ndarray, before: int) -> None:
+    """Let loads and prescribed spins follow their particles to new slots; those of particles that left end."""
+    slot = np.full(before + 1, -1, np.int32)
+    slot[origin] = np.arange(
+        origin.size
+    )  # new particles, -1, fall into the last place, which nobody asks for
+    stage.turned = slot[stage.turned][slot[stage.turned] >= 0]
+    if stage.given is not None:
+        there = slot[stage.given.particle] >= 0
+        stage.given = GivenLoads(
+            slot[stage.given.particle][there],
+            np.ascontiguousarray(stage.given.load[:, there]),
+            stage.given.amplitude[there],
+        )
 
 
 def solver_arguments(state: State, time_step: float | None = None) -> tuple:

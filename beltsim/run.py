@@ -191,13 +191,14 @@ def given_loads(scene: Scene, step_name: str | None) -> GivenLoads | None:
     blocks = [block for block in scene.deck.blocks("FORCE") if acts_in(block, step_name) and len(block)]
     if not blocks:
         return None
+    ids = np.concatenate([block.rows["id"] for block in blocks])
     load = np.concatenate([np.hstack([block.rows["force"], block.rows["torque"]]) for block in blocks])
+    table = np.concatenate([np.full(len(block), table_of(block, scene.tables)) for block in blocks])
+    there = scene.population.present(ids)
     return GivenLoads(
-        np.concatenate([scene.population.slots_of(block.rows["id"]) for block in blocks]).astype(np.int32),
-        np.ascontiguousarray(load.T, dtype=np.float64),
-        np.concatenate([np.full(len(block), table_of(block, scene.tables)) for block in blocks]).astype(
-            np.int32
-        ),
+        scene.population.slots_of(ids[there]).astype(np.int32),
+        np.ascontiguousarray(load[there].T, dtype=np.float64),
+        table[there].astype(np.int32),
     )
 
 

@@ -97,8 +97,12 @@ class Population:
         """Number of particles."""
         return self.id.size
 
+    def present(self, ids: np.ndarray) -> np.ndarray:
+        """Which of the ids (n,) bool are there: bulk may have left."""
+        return np.isin(ids, self.id)
+
     def slots_of(self, ids: np.ndarray) -> np.ndarray:
-        """Slots of particle ids."""
+        """Slots of particle ids that are there."""
         order = np.argsort(self.id, kind="stable")
         return order[np.searchsorted(self.id, ids, sorter=order)]
 

@@ -123,7 +123,7 @@ def hold_moved_particles(deck: Deck, population: Population) -> None:
 
 
 def slots_of_motion(block: Block, population: Population) -> np.ndarray:
-    """Slots of the particles that a *MOTION names."""
+    """Slots of the particles that a *MOTION names and that have not left."""
     if block.get("PARTICLE TYPE") is not None:
         names = [body.name for body in population.bodies]
         wanted = set(inp.matching(names, block["PARTICLE TYPE"]))
@@ -131,7 +131,8 @@ def slots_of_motion(block: Block, population: Population) -> np.ndarray:
         return np.flatnonzero(chosen[population.species])
     ids = block["PARTICLES"]
     ids = inp.expand_ids(ids) if isinstance(ids, str) else ids
-    return population.slots_of(np.asarray(ids, dtype=np.int64))
+    ids = np.asarray(ids, dtype=np.int64)
+    return population.slots_of(ids[population.present(ids)])
 
 
 def prescribe_velocities(scene: Scene, step_name: str | None) -> np.ndarray:
