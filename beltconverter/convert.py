@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beltsim.console import UsageProblem
 from beltsim.inp import Deck
 
 from .belt import Belt, Making
@@ -90,9 +91,9 @@ def convert(data: bytes, name: str, settings: Settings) -> Conversion:
     clock.append(perf_counter())
     if found.thickness and not settings.thickness_stated:
         settings = replace(settings, sheet=replace(settings.sheet, thickness=found.thickness))
-    belts = [belt_of(grid, settings, warnings) for grid in found.grids]
+    belts = _belts(found.grids, settings, warnings)
     makings = makings_of(belts, settings.making)
-    reports = [report(belt, making) for belt, making in zip(belts, makings)]
+    reports = [report(belt, making, settings.pose) for belt, making in zip(belts, makings)]
     deck = _deck(name, digest, found.unit, settings, reports)
     for belt, making in zip(belts, makings):
         add_particles(deck, belt, making)
@@ -167,9 +168,17 @@ def makings_of(belts: list[Belt], making: Making) -> list[Making]:
     return result
 
 
-def belt_of(grid: Grid, settings: Settings, warnings: list[str]) -> Belt:
+def _belts(grids: list[Grid], settings: Settings, warnings: list[str]) -> list[Belt]:
+    pose = settings.pose
+    for number in (*pose.flip_belts, *pose.reverse_belts):
+        if number > len(grids):
+            raise UsageProblem(f"belt {number} to be turned: the file has {len(grids)}")
+    return [belt_of(grid, settings, pose.of_belt(k), warnings) for k, grid in enumerate(grids, start=1)]
+
+
+def belt_of(grid: Grid, settings: Settings, pose: Pose, warnings: list[str]) -> Belt:
     """One belt of a grid in metres: which way it lies, its stress-free state and its cells."""
-    grid = oriented(grid, settings.pose, warnings)
+    grid = oriented(grid, pose, warnings)
     axes = frames(grid)
     flat = flattened(grid, axes, settings.stress_free, *settings.making.elongation)
     _warn_of_strain(flat.strains, warnings)

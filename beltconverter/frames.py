@@ -14,7 +14,8 @@ class Pose(NamedTuple):
     """How the user wants the belt to lie.
 
     up : (3,) direction of "up"; direction : (3,) wanted running direction where the belt is highest, None for the
-    axis along which it is longest; longitudinal : "long", "short" or None, which sides of an open belt run along.
+    axis along which it is longest; longitudinal : "long", "short" or None, which sides of an open belt run along;
+    flip_belts, reverse_belts : numbers, from 1, of those belts of several that are turned once more.
     """
 
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
@@ -22,6 +23,16 @@ class Pose(NamedTuple):
     longitudinal: str | None = None
     flip: bool = False
     reverse: bool = False
+    flip_belts: tuple[int, ...] = ()
+    reverse_belts: tuple[int, ...] = ()
+
+    def of_belt(self, number: int) -> Pose:
+        """The pose of one belt of a file."""
+        flip, reverse = (
+            self.flip != (number in self.flip_belts),
+            self.reverse != (number in self.reverse_belts),
+        )
+        return self._replace(flip=flip, reverse=reverse)
 
 
 def before_and_after(values: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray]:
@@ -127,12 +138,16 @@ def _runs_backwards(grid: Grid, pose: Pose) -> bool:
     if pose.direction is None:
         spread = np.ptp(grid.points.reshape(-1, 3), axis=0)
         wanted[int(np.argmax(np.where(np.abs(_unit(pose.up)) > 0.9, -1.0, spread)))] = 1.0
-    heights = np.mean(grid.points @ _unit(pose.up), axis=1)
     if grid.kind == "open":
         running = np.mean(grid.points[-1] - grid.points[0], axis=0)
     else:
-        running = tangents(grid.points, grid.kind)[int(np.argmax(heights))].mean(axis=0)
+        running = tangents(grid.points, grid.kind)[highest_row(grid.points, pose)].mean(axis=0)
     return bool(np.dot(running, wanted) < 0)
+
+
+def highest_row(points: np.ndarray, pose: Pose) -> int:
+    """The row (from 0) of a grid (R, C, 3) that lies highest, the first of equals."""
+    return int(np.argmax(np.mean(points @ _unit(pose.up), axis=1)))
 
 
 def _unit(vector: tuple[float, float, float]) -> np.ndarray:

@@ -98,6 +98,20 @@ OPTIONS = [
     ),
     click.option("--flip", is_flag=True, help="The other side carries."),
     click.option("--reverse", is_flag=True, help="Run the other way."),
+    click.option(
+        "--flip-belt",
+        type=click.IntRange(min=1),
+        multiple=True,
+        metavar="N",
+        help="The other side of belt N of several in the file carries; may be repeated. Default: none.",
+    ),
+    click.option(
+        "--reverse-belt",
+        type=click.IntRange(min=1),
+        multiple=True,
+        metavar="N",
+        help="Belt N of several runs the other way, as the cover belt of a sandwich; may be repeated. Default: none.",
+    ),
     # stress-free state and motion
     click.option(
         "--elongation",

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from .belt import Belt, Making, masses
-from .frames import before_and_after
+from .frames import Pose, before_and_after, highest_row
 
 
-def report(belt: Belt, making: Making) -> dict:
-    """Measured figures of one belt, SI, in a stable order."""
+def report(belt: Belt, making: Making, pose: Pose) -> dict:
+    """Measured figures of one belt, SI, in a stable order; runs and carries are directions where it is highest."""
     rows, columns = belt.zone.shape
     flat, cells = belt.flat, belt.cells
     strains = flat.strains
+    axes = belt.axes[highest_row(belt.grid.points, pose), columns // 2]
     middle = flat.chords[:, (columns - 1) // 2 : columns // 2 + 1].mean(axis=1)
     worst_low, worst_high = (int(np.argmax(values)) for values in (-strains.min(axis=1), strains.max(axis=1)))
     stretch = making.elongation[0] * making.elongation[1]
@@ -24,6 +25,8 @@ def report(belt: Belt, making: Making) -> dict:
         "particles": rows * columns,
         "bonds": int(flat.lengths.size + flat.widths.size),
         "first_id": making.first_id,
+        "runs": _rounded(axes[:, 0]),
+        "carries": _rounded(axes[:, 2]),
         "length": float(middle.sum()),
         "node_width": float(np.mean(flat.widths.sum(axis=1)) * making.elongation[1]),
         "width": float(np.mean(cells.across.sum(axis=1)) * making.elongation[1]),
@@ -42,6 +45,10 @@ def report(belt: Belt, making: Making) -> dict:
         "mesh_area": surface_area(belt),
         "area_check": flat_area(belt) * stretch / surface_area(belt) - 1,
     }
+
+
+def _rounded(direction: np.ndarray) -> list[float]:
+    return (np.round(direction, 3) + 0.0).tolist()
 
 
 def surface_area(belt: Belt) -> float:
@@ -74,6 +81,8 @@ def info_lines(reports: list[dict]) -> list[str]:
 
 
 def _text(value) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(_text, value))
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
@@ -88,6 +97,7 @@ def summary_lines(reports: list[dict]) -> list[str]:
         lines += [
             f"{one['belt']}: {one['kind']}, {one['rows']} rows x {one['columns']} columns, "
             f"{one['particles']:,} particles, {one['bonds']:,} bonds",
+            f"  runs towards ({_text(one['runs'])}), carries towards ({_text(one['carries'])}) where it is highest",
             f"  length {one['length']:.4g} m, width {one['width']:.4g} m, pitch {1000 * one['pitch_along']:.4g} x "
             f"{1000 * one['pitch_across']:.4g} mm, mass {one['mass']:.4g} kg",
             f"  initial strain {_percent(one['strain_min'])} (row {one['strain_min_row']}) to "

@@ -43,7 +43,15 @@ def settings_from(options: dict, *, stated: dict[str, str], source: str | None):
     return Settings(
         unit=o["unit"],
         wishes=Wishes(kind, o["cells"], o["weld"]),
-        pose=Pose(o["up"], o["direction"], o["longitudinal"], o["flip"], o["reverse"]),
+        pose=Pose(
+            o["up"],
+            o["direction"],
+            o["longitudinal"],
+            o["flip"],
+            o["reverse"],
+            o["flip_belt"],
+            o["reverse_belt"],
+        ),
         making=making,
         sheet=sheet,
         stress_free=o["stress_free"],

@@ -285,6 +285,17 @@ def test_direction_flip_and_reverse_turn_the_belt():
     assert np.allclose(top["flip"], np.diag([1, -1, -1]), atol=0.1)
 
 
+def test_one_belt_of_several_is_turned_by_its_number():
+    one, two = belts.racetrack(40, 4), belts.racetrack(30, 3)
+    two = belts.Made(two.points + np.array([0, 0, 0.81]), "endless")
+    data = belts.ascii_stl(np.concatenate([belts.corners_of(one), belts.corners_of(two)]))
+    plain = convert(data, "s.stl", Settings(unit="m")).reports
+    assert [report["runs"][0] for report in plain] == pytest.approx([1, 1], abs=0.02)
+    turned = convert(data, "s.stl", Settings(unit="m", pose=Pose(reverse_belts=(2,)))).reports
+    assert [report["runs"][0] for report in turned] == pytest.approx([1, -1], abs=0.02)
+    assert [report["carries"][2] for report in turned] == pytest.approx([1, 1], abs=0.02)
+
+
 def test_the_seam_of_a_moebius_belt_joins_upside_down_without_stress():
     deck, conversion = converted(belts.moebius(40, 5))
     seam = deck.blocks("BOND")[0]
