@@ -173,6 +173,28 @@ def add_grid(deck, rows, columns, *, pitch=0.02, fixed="YES", material="stuff", 
     return at
 
 
+def add_mesh(
+    deck, path, vertices, triangles, *, name="chute", material="stuff", group=None, point=None, **given
+):
+    """A mesh part, its triangles written to `path`; with a `point` (and `orientation`) its row says where it is."""
+    import trimesh
+
+    trimesh.Trimesh(np.asarray(vertices, float), triangles, process=False).export(path)
+    rows = None
+    if point is not None:
+        rows = {"position": [point], "orientation": [given.pop("orientation", UPRIGHT)]}
+    deck.add(
+        "PART",
+        name=name,
+        shape="MESH",
+        input=str(path),
+        material=material,
+        contact_group=group,
+        rows=rows or {},
+        **given,
+    )
+
+
 def tilted(angle: float) -> tuple:
     """Orientation of a plane that falls towards +x by `angle` [rad]."""
     return (np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0)
