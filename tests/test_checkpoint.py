@@ -7,6 +7,7 @@ from scenes import ALONG_Y, SOFT
 from beltsim import inp
 from beltsim.checkpoint import CheckpointError, load, put_back, save, take
 from beltsim.engine import advance_by, begin_stage, state_of
+from beltsim.measures import measures_of
 from beltsim.run import Tally, events_of, prepare, turn_over
 from beltsim.scene import build
 from beltsim.source import source_of
@@ -76,8 +77,8 @@ class Going:
         stage = prepare(self.state, self.scene.steps[0], 0.0, lambda _: None, False)
         begin_stage(self.state, stage)
         self.sources = [source_of(block, self.scene.population) for block in self.scene.sources]
-        self.events = events_of(self.scene, self.scene.steps[0], stage, self.sources, [], 1.0)
-        self.tally = Tally(inserted={"feed": 0.0}, next_id=1000)
+        self.events = events_of(self.scene, self.scene.steps[0], stage, self.sources, [], 1.0, False)
+        self.tally = Tally(inserted={"feed": 0.0}, next_id=1000, measures=measures_of(self.scene, set()))
 
     def go(self, steps: int) -> None:
         """Advance, letting bulk in."""
