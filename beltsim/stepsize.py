@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltsim.console import CommandError, ExitCode
+from beltsim.face_limits import face_contact_rows, face_impacts
+from beltsim.lists import BETWEEN_PARTICLES
 from beltsim.scene import Scene
-from beltsim.scene.bodies import BOX, SPHERE
+from beltsim.scene.bodies import BOX, SPHERE, Body
 from beltsim.solver.contact import LINE_STIFFNESS
 from beltsim.solver.motion import FREE, Slides, Spins
 from beltsim.solver.state import Laws, LinearLaws, Parts
@@ -58,21 +60,45 @@ def drop_of(scene: Scene, parts: Parts) -> float:
         return 0.0
     places = [scene.population.particles.position.T, parts.position.T]
     places += [np.reshape(block.rows["box"], (-1, 3)) for block in scene.sources]
+    if scene.domain is not None:  # bulk that leaves falls to the bottom of the domain
+        places.append(np.reshape(scene.domain, (2, 3)))
     heights = np.concatenate(places) @ scene.gravity
     return float(np.ptp(heights)) if heights.size else 0.0
 
 
 def impact_limits(scene: Scene, speed: float) -> list[Limit]:
     """A twentieth of the impact of each kind of sphere with the hardest material that it may touch."""
-    limits = []
+    limits, boxes = [], lightest_boxes(scene)
     for body in scene.population.bodies:
         if body.shape == SPHERE and speed > 0.0:
-            hardest = float(scene.laws[0][scene.materials.row[body.material]].max())
-            if hardest > 0.0:
-                # The least reduced mass and radius that a partner of its own kind gives.
-                duration = duration_of(scene.laws, hardest, 0.5 * body.edge_radius, 0.5 * body.mass, speed)
-                limits.append(Limit(duration / IMPACT_STEPS, f"impact of {body.name} at {speed:.3g} m/s"))
+            row, radius, mass = scene.materials.row[body.material], body.edge_radius, body.mass
+            # The least reduced mass and radius that a partner of its own kind gives; then all kinds of boxes.
+            pairs = [(float(scene.laws[0][row].max()), 0.5 * radius, 0.5 * mass, body.name)]
+            pairs += [
+                (
+                    float(scene.laws[0][row, scene.materials.row[box.material]]),
+                    radius,
+                    mass * least / (mass + least),
+                    f"{body.name} on {box.name}",
+                )
+                for box, least in boxes
+            ]
+            for hardness, reduced, m, name in pairs:
+                if hardness > 0.0:
+                    duration = duration_of(scene.laws, hardness, reduced, m, speed)
+                    limits.append(Limit(duration / IMPACT_STEPS, f"impact of {name} at {speed:.3g} m/s"))
     return limits
+
+
+def lightest_boxes(scene: Scene) -> list[tuple[Body, float]]:
+    """Each kind of box in use and the least mass [kg] of its particles."""
+    population = scene.population
+    found = []
+    for n, body in enumerate(population.bodies):
+        masses = population.particles.mass[population.species == n]
+        if body.shape == BOX and masses.size:
+            found.append((body, float(masses.min())))
+    return found
 
 
 def duration_of(laws: Laws | LinearLaws, hardest: float, radius: float, mass: float, speed: float) -> float:
@@ -103,19 +129,23 @@ def line_contact_rows(scene: Scene) -> np.ndarray:
 
 
 def bond_limit(scene: Scene) -> Limit | None:
-    """Limit of the bonds, with damping and with the contacts of belt particles with parts."""
-    if scene.bonds is None:
+    """Limit of the bonds, with damping, and of the contacts of boxes with parts, which loose boxes have too."""
+    particles = scene.population.particles
+    elastic = line_contact_rows(scene) + face_contact_rows(scene, stiffness_ratio(scene))
+    rate, cause = 0.0, "line contact"
+    if scene.bonds is not None:
+        bonds, kinds, cause = scene.bonds, scene.kinds, "bonds"
+        elastic += bond_row_sums(particles, bonds, kinds, kinds.stiffness, kinds.angular_stiffness, True).max(
+            axis=0
+        )
+        rate = float(
+            bond_row_sums(particles, bonds, kinds, kinds.damping, kinds.angular_damping, False).max()
+        )
+    if not elastic.size or elastic.max() <= 0.0:
         return None
-    particles, kinds = scene.population.particles, scene.kinds
-    elastic = bond_row_sums(
-        particles, scene.bonds, kinds, kinds.stiffness, kinds.angular_stiffness, True
-    ).max(axis=0) + line_contact_rows(scene)
-    viscous = bond_row_sums(particles, scene.bonds, kinds, kinds.damping, kinds.angular_damping, False).max(
-        axis=0
-    )
     worst = int(np.argmax(elastic))
-    limit = damped_limit(float(elastic.max()), float(viscous.max()))
-    return Limit(limit, f"bonds of particle {scene.population.id[worst]}")
+    limit = damped_limit(float(elastic.max()), rate)
+    return Limit(limit, f"{cause} of particle {scene.population.id[worst]}")
 
 
 def travel_limit(scene: Scene, speed: float) -> Limit | None:
@@ -130,6 +160,7 @@ def stable_limit(scene: Scene, parts: Parts, spins: Spins) -> Limit:
     """The smallest of all limits of a stage."""
     speed = reference_speed(scene, parts, spins)
     found = [bond_limit(scene), travel_limit(scene, speed), *impact_limits(scene, speed)]
+    found += [Limit(*impact) for impact in face_impacts(scene)]
     found = [limit for limit in found if limit is not None]
     return min(found, key=lambda limit: limit.time_step, default=Limit(math.inf, "nothing"))
 
@@ -187,9 +218,10 @@ def present_limit(state) -> Limit:
         )
     of_bonds = sums.copy()
     ratio = stiffness_ratio(scene)
-    for n, family in enumerate(lists):
+    for name, family in zip(lists._fields, lists):
         if family is not None:
-            contact_row_sums(particles, scene.shapes, family[0], ratio, n >= 2, sums)
+            with_parts, faces = name not in BETWEEN_PARTICLES, name == "box_boxes"
+            contact_row_sums(particles, scene.shapes, family[0], ratio, with_parts, faces, sums)
     if not count or sums.max() <= 0.0:
         return Limit(math.inf, "nothing")
     worst = int(np.argmax(sums))

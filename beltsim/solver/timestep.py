@@ -109,11 +109,12 @@ def impact_duration(radius: float, modulus: float, mass: float, speed: float) ->
 
 
 @kernel
-def contact_row_sums(particles, shapes, contacts, ratio, with_parts, sums):
+def contact_row_sums(particles, shapes, contacts, ratio, with_parts, faces, sums):
     """Add the present contacts' share to each particle's bound on omega^2.
 
     A contact of stiffness k_n, k_t = `ratio` k_n at an arm a adds at most (k_n + k_t (1 + m a^2 / I)) / m for itself
-    and the geometric mean of both partners' shares for the coupling. Parts do not move in response.
+    and the geometric mean of both partners' shares for the coupling. Parts do not move in response. Of `faces`, which
+    press beside a box's centre too, k_n has the arm as well.
     """
     mass, inertia = particles.mass, particles.inertia
     for k in range(contacts.first.size):
@@ -121,22 +122,23 @@ def contact_row_sums(particles, shapes, contacts, ratio, with_parts, sums):
         if tangential <= 0.0:
             continue
         i = contacts.first[k]
-        own = own_share(mass, inertia, shapes, i, tangential, ratio)
+        own = own_share(mass, inertia, shapes, i, tangential, ratio, faces)
         sums[i] += own
         if not with_parts:
             j = contacts.second[k]
-            other = own_share(mass, inertia, shapes, j, tangential, ratio)
+            other = own_share(mass, inertia, shapes, j, tangential, ratio, faces)
             mixed = math.sqrt(own * other)
             sums[i] += mixed
             sums[j] += other + mixed
 
 
 @inner
-def own_share(mass, inertia, shapes, i, tangential, ratio):
+def own_share(mass, inertia, shapes, i, tangential, ratio, faces):
     """Share of one contact in the bound of particle i, [1/s2]; no arm is longer than the bounding radius."""
     least = min(inertia[0, i], min(inertia[1, i], inertia[2, i]))
     lever = mass[i] * shapes.bounding[i] ** 2 / least
-    return tangential * (1.0 / ratio + 1.0 + lever) / mass[i]
+    normal = (1.0 + lever) / ratio if faces else 1.0 / ratio
+    return tangential * (normal + 1.0 + lever) / mass[i]
 
 
 __all__ = [
