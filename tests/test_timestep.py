@@ -251,6 +251,16 @@ def test_a_fall_through_the_scene_sets_the_speed_of_the_impact():
     assert f"{np.sqrt(2 * 9.81 * 2.0):.3g} m/s" in chosen(deck)[2].cause
 
 
+def test_bulk_falls_to_the_bottom_of_the_domain_without_a_blow_up():
+    deck = scenes.case(time_step="AUTO", gravity=(0.0, 0.0, -9.81), duration=1.6)
+    scenes.add_spheres(deck, [(0, 0, 0), (1, 0, 0)], radius=0.01)
+    deck.add("DOMAIN", rows={"box": [(-2, -2, -13.0, 2, 2, 1.0)]})
+    assert f"{np.sqrt(2 * 9.81 * 14.0):.3g} m/s" in chosen(deck)[2].cause
+    state = scenes.start(deck)
+    scenes.advance(state, round(1.6 / state.stage.time_step))
+    assert scenes.particles(state).position[2] == pytest.approx(-0.5 * 9.81 * 1.6**2, rel=1e-9)
+
+
 def test_a_fast_particle_sets_the_step_by_its_travel():
     deck = scenes.case(time_step="AUTO")
     scenes.add_spheres(deck, [(0, 0, 0)], radius=0.01, velocity=(1e4, 0, 0))
