@@ -1,0 +1,162 @@
+"""The command `beltsim verify`."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import click
+
+from beltsim.console import (
+    CommandError,
+    ExitCode,
+    UsageProblem,
+    guarded,
+    output_file,
+    refuse_existing,
+    say,
+    summary,
+)
+
+
+class Unverified(CommandError):
+    """A row of the book is out of tolerance."""
+
+    exit_code = ExitCode.LIMIT_FAILED
+
+
+@click.command("verify")
+@click.option("--quick", is_flag=True, help="Only the cases that take a second or two each.")
+@click.option("--only", metavar="NAMES", help="Names of cases, with commas between them, as A1,E2.")
+@click.option(
+    "--list", "as_list", is_flag=True, help="Print the names and titles of all cases, and run nothing."
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False),
+    help="Markdown page to write, its plots in a folder of its name beside it; default: page to stdout, no plots.",
+)
+@click.option("--overwrite", is_flag=True, help="Replace an existing page and its plots.")
+@click.option("--json", "as_json", is_flag=True, help="Print all rows as one JSON object on stdout.")
+@click.option("-q", "--quiet", is_flag=True, help="No line for each case.")
+@guarded
+def verify_command(
+    quick: bool,
+    only: str | None,
+    as_list: bool,
+    output: str | None,
+    overwrite: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Run the verification book: analytic and published targets against the solver.
+
+    Exit code 6 if a row is out of tolerance.
+
+    \b
+    Example:
+        beltsim verify --quick -o verification.md
+    """
+    refuse_existing(output, overwrite=overwrite)
+    from beltsim.verify import book
+
+    names = [name.strip() for name in only.split(",") if name.strip()] if only else None
+    try:
+        cases = book.chosen(names, quick=quick)
+    except KeyError as error:
+        raise UsageProblem(
+            f"--only: no case {error.args[0]}; `beltsim verify --list` names them all"
+        ) from None
+    if as_list:
+        for chapter, name, case in cases:
+            click.echo(f"{name:6} {case.title} ({chapter})")
+        return
+    clock = time.perf_counter()
+    outcomes = []
+    for outcome in book.run_cases(cases):
+        outcomes.append(outcome)
+        say(line_of(outcome), quiet=quiet)
+    wall = time.perf_counter() - clock
+    written = write(outcomes, output, overwrite) if output or not as_json else []
+    if as_json:
+        click.echo(
+            summary(
+                "ok" if all(o.passed for o in outcomes) else "failed",
+                counts=counts_of(outcomes),
+                timings={"run": wall},
+                outputs=written,
+                cases=[record(o) for o in outcomes],
+            )
+        )
+    failed = [outcome.name for outcome in outcomes if not outcome.passed]
+    say(f"{len(outcomes)} cases in {wall:.0f} s", quiet=quiet)
+    if failed:
+        raise Unverified(f"out of tolerance: {', '.join(failed)}")
+
+
+def line_of(outcome) -> str:
+    """One line about a case that was run."""
+    verdict = "pass" if outcome.passed else "FAIL"
+    bad = "; ".join(
+        f"{row.label}: {row.result:.6g}, expected {row.target:.6g}"
+        for row in outcome.findings.rows
+        if not row.passed
+    )
+    text = f"{verdict}  {outcome.name:5} {outcome.case.title} ({outcome.wall:.1f} s)"
+    return "\n      ".join(part for part in (text, outcome.trouble or bad) if part)
+
+
+def write(outcomes: list, output: str | None, overwrite: bool) -> list[Path]:
+    """Write the page and, beside it, its plots; returns what was written."""
+    from beltsim import __version__
+    from beltsim.verify.book import page, pictures
+
+    head = f"beltsim {__version__}; {sum(outcome.wall for outcome in outcomes):.0f} s in all, compilation included."
+    if output is None or output == "-":
+        with output_file(output) as stream:
+            stream.write(page(outcomes, head, lambda name: f"{name}.svg").encode())
+        return []
+    target = Path(output)
+    folder = target.with_suffix("")
+    plots = pictures(outcomes)
+    if plots:
+        folder.mkdir(parents=True, exist_ok=True)
+    written = [target]
+    for name, text in plots.items():
+        with output_file(folder / f"{name}.svg", overwrite=overwrite) as stream:
+            stream.write(text.encode())
+        written.append(folder / f"{name}.svg")
+    with output_file(target, overwrite=overwrite) as stream:
+        stream.write(page(outcomes, head, lambda name: f"{folder.name}/{name}.svg").encode())
+    return written
+
+
+def counts_of(outcomes: list) -> dict:
+    """How many cases and rows, and how many of them passed."""
+    rows = [row for outcome in outcomes for row in outcome.findings.rows]
+    return {
+        "cases": len(outcomes),
+        "cases_passed": sum(outcome.passed for outcome in outcomes),
+        "rows": len(rows),
+        "rows_passed": sum(row.passed for row in rows),
+    }
+
+
+def record(outcome) -> dict:
+    """A case as plain data."""
+    names = ("label", "unit", "target", "result", "error", "tolerance", "absolute", "passed")
+    return {
+        "name": outcome.name,
+        "title": outcome.case.title,
+        "source": outcome.case.source,
+        "wall": outcome.wall,
+        "passed": outcome.passed,
+        "trouble": outcome.trouble,
+        "rows": [{name: plain(getattr(row, name)) for name in names} for row in outcome.findings.rows],
+    }
+
+
+def plain(value):
+    """numpy scalars as Python's."""
+    return value.item() if hasattr(value, "item") else value
