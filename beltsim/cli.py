@@ -18,7 +18,10 @@ from beltsim.console import ExitCode, UsageProblem, guarded, refuse_existing, sa
 class LazyGroup(click.Group):
     """Commands whose modules are imported when they are asked for, so that `--help` stays quick."""
 
-    elsewhere = {"view": ("beltsim.view.cli", "view_command")}  # noqa: RUF012 - never changed
+    elsewhere = {  # noqa: RUF012 - never changed
+        "verify": ("beltsim.verify.cli", "verify_command"),
+        "view": ("beltsim.view.cli", "view_command"),
+    }
 
     def list_commands(self, context: click.Context) -> list[str]:
         """Names of all commands."""
