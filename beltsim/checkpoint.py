@@ -42,6 +42,7 @@ def take(state: State, sources: list[Source] = ()) -> dict:
         "strength": tree_of(scene.strength),
         "parts": tree_of(scene.machinery.parts),
         "lists": tree_of(state.lists),
+        "excluded": tree_of(state.excluded),
         "listed": state.listed.copy(),
         "part_travel": state.part_travel.copy(),
         "stage": tree_of(state.stage),
@@ -76,6 +77,7 @@ def put_back(checkpoint: dict, state: State, sources: list[Source] = ()) -> None
         scene.bonds.intact[:] = checkpoint["intact"]
         scene.bonding.strength = rebuilt(scene.strength, checkpoint["strength"])
     state.lists = rebuilt(state.lists, checkpoint["lists"])
+    state.excluded = rebuilt(state.excluded, checkpoint["excluded"])
     state.listed, state.part_travel = checkpoint["listed"].copy(), checkpoint["part_travel"].copy()
     state.stage = rebuilt(state.stage, checkpoint["stage"])
     for name, value in checkpoint["counts"].items():
