@@ -381,7 +381,7 @@ def test_a_file_that_is_no_wall_is_refused_with_its_line(text, found, tmp_path):
 
 def test_a_file_of_an_unknown_kind_is_refused(tmp_path):
     (tmp_path / "chute.dwg").write_bytes(b"AC1032" + bytes(100))
-    with pytest.raises(CommandError, match="chute.dwg with no mesh .*expected an STL, OBJ or PLY file"):
+    with pytest.raises(CommandError, match=r"chute\.dwg with no mesh .*expected an STL, OBJ or PLY file"):
         build(deck_with(tmp_path / "chute.dwg"))
 
 
