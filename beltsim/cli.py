@@ -106,9 +106,9 @@ def run(
         finally:
             report.close()
     speed = tally.particle_steps / tally.wall if tally.wall else 0.0
-    tell(ending(tally, speed, path))
+    tell(ending(tally, scene, speed, path))
     if as_json:
-        counts = {"particles": scene.population.count, "removed": tally.removed}
+        counts = {"particles": scene.population.count, "removed": tally.removed, "broken": len(tally.breaks.time)}
         counts["bonds"] = 0 if scene.bonds is None else scene.bonds.first.size
         timings = {"read": read_time, "compile": tally.compile_time, "run": tally.wall}
         masses = {"inserted_mass": tally.inserted, "removed_mass": tally.removed_mass}
@@ -132,8 +132,10 @@ def description(scene) -> str:
     return f"{scene.population.count} particles, {bonds} bonds, {len(scene.machinery.info)} parts"
 
 
-def ending(tally, speed: float, path: str) -> str:
+def ending(tally, scene, speed: float, path: str) -> str:
     """What to say at the end of a run."""
+    from beltsim.breakage import sentence
+
     lines = [
         f"kernels ready in {tally.compile_time:.1f} s, run in {tally.wall:.1f} s "
         f"({speed:.3g} particle-steps/s), written to {path}"
@@ -142,6 +144,8 @@ def ending(tally, speed: float, path: str) -> str:
         lines.append(
             f"source {name}: {mass:.4g} kg inserted, {tally.achieved(name):.3g} kg/s while it was open"
         )
+    if tally.breaks.time:
+        lines.append(sentence(tally.breaks, scene))
     if tally.removed:
         lines.append(f"{tally.removed} particles ({tally.removed_mass:.4g} kg) left the domain")
     return "\n".join(lines)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from beltsim.breakage import Breaks, gather_breaks
 from beltsim.console import CommandError, ExitCode
 from beltsim.engine import BlowUp, Stage, State, advance_by, begin_stage, renew_lists, state_of
 from beltsim.fill import fill_belts
@@ -64,6 +65,7 @@ class Tally:
     messages: list[str] = field(default_factory=list)
     open_time: dict[str, float] = field(default_factory=dict)  # s that each source was open
     measures: Measures | None = None
+    breaks: Breaks = field(default_factory=Breaks)
 
     def masses(self) -> dict[str, float]:
         """Inserted and removed mass, for the trajectory."""
@@ -152,6 +154,9 @@ def run(
             except BlowUp:
                 save_last(state, contents, tally, writer)
                 raise
+            finally:
+                gather_breaks(state, tally.breaks)
+                writer.write_breaks(tally.breaks.table())
             start = state.time
     return tally
 
@@ -273,6 +278,7 @@ def run_stage(state, events, writer, contents, tally, end, report, say, stop) ->
         pace = max(1, min(4 * pace, int(LONGEST_BATCH * steps / max(wall, 1e-6))))
         if state.step in frames:
             writer.append(frame_of(state, contents, tally.masses(), tally.measures))
+            gather_breaks(state, tally.breaks)
             warn_if_unstable(state, tally, say)
         report(progress_of(state, tally, end))
 

@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -118,6 +119,28 @@ def test_from_cad_files_to_a_trajectory_through_the_three_commands(tmp_path, mon
         # It lies on the rollers (0.0549 + 0.005) and sags between them, and bulk has come.
         assert belt_rows[:, 2].max() < 0.0612
         assert len(one[-1].position) > 8 * 3
+
+
+def test_a_bond_that_breaks_is_recorded_once_with_time_and_mode(tmp_path):
+    """Two balls flying apart at 1 m/s break their bond when it carries its strength: after strain / rate seconds."""
+    length, strength, young = 0.2, 1e4, 1e6
+    path = tmp_path / "apart.inp"
+    text = BALL.replace("7, 0, 0, 1, 1, 0, 0, 0\n", "7, 0, 0, 0, 1, 0, 0, 0\n9, 0.2, 0, 0, 1, 0, 0, 0\n")
+    text = text.split("*GRAVITY")[0] + (
+        "*MOTION, PARTICLES=9, TYPE=VELOCITY\n1, 0, 0\n*MOTION, PARTICLES=7, TYPE=VELOCITY\n0, 0, 0\n"
+        f"*BOND TYPE, NAME=b, RADIUS=0.01, YOUNGS MODULUS={young:g}, POISSON RATIO=0.3, TENSILE STRENGTH={strength:g}\n"
+        "*BOND, TYPE=b\n7, 9, 0,0,0, 1,0,0,0, 0.2,0,0, 1,0,0,0\n"
+        "*STEP, DURATION=0.01, TIME STEP=1e-5\n*OUTPUT, INTERVAL=0.005, FIELDS=BOND FORCE, PRECISION=DOUBLE\n"
+    )
+    path.write_text(text)
+    result = run(path)
+    assert result.exit_code == 0, result.output
+    assert "1 bond broke, first at t = 0.002 s that of particles 7 and 9, in tension" in result.output
+    with h5py.File(path.with_suffix(".h5")) as file:
+        breaks = file["beltsim/breaks"]
+        expected = strength / young * length / 1.0
+        assert breaks["time"][:] == pytest.approx([expected], abs=1.1e-5)  # within one step
+        assert (breaks["bond"][:], breaks["mode"][:]) == ([0], [1])
 
 
 def test_an_existing_trajectory_is_kept_unless_told(ball):

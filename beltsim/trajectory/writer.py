@@ -79,6 +79,16 @@ class TrajectoryWriter:
         self._file.flush()
         self.frames = t + 1
 
+    def write_breaks(self, table: dict[str, np.ndarray]) -> None:
+        """Write the bonds that broke, /beltsim/breaks/{time, step, bond, mode}, in the place of an earlier table.
+
+        `bond` is the row of /connectivity/bonds, `mode` 1 for tension and 2 for shear.
+        """
+        self._file.pop("beltsim/breaks", None)
+        for name, column in table.items():
+            self._file[f"beltsim/breaks/{name}"] = column
+        self._file.flush()
+
     def close(self) -> None:
         """Close the file; a second call does nothing."""
         self._file.close()
