@@ -156,6 +156,39 @@ def test_a_bouncing_sphere_loses_height_by_the_square_of_its_restitution():
     assert peaks == pytest.approx(0.1 * 0.7 ** (2.0 * np.arange(1, 4)), rel=0.01)
 
 
+def lying_block(share):
+    """A block on a rigid plane at 20 degrees, its friction a share of what holds it; seen in the plane's axes."""
+    angle = np.radians(20.0)
+    friction = share * np.tan(angle)
+    deck = scenes.case(
+        time_step=5e-5,
+        gravity=(G * np.sin(angle), 0.0, -G * np.cos(angle)),
+        materials=MATERIALS,
+        friction=friction,
+        restitution=0.3,
+        duration=10.0,
+    )
+    scenes.add_boxes(deck, [(0.0, 0.0, 0.01)], size=(0.06, 0.06, 0.02), edge_radius=0.004, group="alone")
+    scenes.add_plane(deck, material="rigid")
+    return scenes.start(deck), G * (np.sin(angle) - friction * np.cos(angle))
+
+
+def test_a_block_on_an_incline_sticks_just_above_its_friction_angle_and_creeps_by_nothing():
+    state, _ = lying_block(1.02)
+    scenes.advance(state, 40_000)
+    first = ball(state)[0]
+    scenes.advance(state, 20_000)
+    assert np.linalg.norm(ball(state)[0] - first) < 1e-6 * 0.06
+
+
+def test_a_block_on_an_incline_slides_just_below_its_friction_angle():
+    state, acceleration = lying_block(0.98)
+    scenes.advance(state, 10_000)
+    first = ball(state)[1]
+    scenes.advance(state, 10_000)
+    assert (ball(state)[1] - first)[0] / 0.5 == pytest.approx(acceleration, rel=0.01)
+
+
 # A belt of boxes under a sphere
 
 
