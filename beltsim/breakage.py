@@ -52,7 +52,6 @@ def sentence(breaks: Breaks, scene) -> str:
     first = int(scene.bonding.place[breaks.bond[0]])
     ids = scene.population.id
     mode = "tension" if breaks.mode[0] == BROKEN_IN_TENSION else "shear"
-    return (
-        f"{len(breaks.time)} bond{'s' * (len(breaks.time) > 1)} broke, first at t = {breaks.time[0]:.4g} s that of particles "
-        f"{ids[scene.bonds.first[first]]} and {ids[scene.bonds.second[first]]}, in {mode}"
-    )
+    count = f"{len(breaks.time)} bond{'s' * (len(breaks.time) > 1)}"
+    pair = f"{ids[scene.bonds.first[first]]} and {ids[scene.bonds.second[first]]}"
+    return f"{count} broke, first at t = {breaks.time[0]:.4g} s that of particles {pair}, in {mode}"
