@@ -9,9 +9,7 @@ import numpy as np
 from .mesh import Mesh
 from .piece import Grid, solve
 from .refusals import NotABelt
-from .topology import Edges, cleaned, components, edges_of, pieces, without_slivers
-
-MOST_PIECES = 1000
+from .topology import Edges, cleaned, components, edges_of, facets_at, pieces, without_slivers
 
 
 class Wishes(NamedTuple):
@@ -42,10 +40,6 @@ def recover(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid]:
 
 
 def _grids(mesh: Mesh, edges: Edges, wishes: Wishes, warnings: list[str]) -> list[Grid]:
-    label = components(len(mesh.facets), *edges.facets[edges.inner].T)
-    if label.max() >= MOST_PIECES:
-        found = f"{label.max() + 1} loose pieces: neighbouring facets have no common nodes"
-        raise NotABelt("loose", found, "export the mesh with more digits, or weld its nodes", mesh.points[0])
     parts = pieces(mesh, edges)
     _refuse_common_nodes(mesh, [part for part, _ in parts])
     return [solve(part, part_edges, wishes.cells, warnings) for part, part_edges in parts]
@@ -53,7 +47,7 @@ def _grids(mesh: Mesh, edges: Edges, wishes: Wishes, warnings: list[str]) -> lis
 
 def _refuse_common_nodes(mesh: Mesh, parts: list[Mesh]) -> None:
     """Two patches that share nodes but no edge are one belt whose lines of nodes do not match."""
-    if sum(len(part.points) for part in parts) < len(np.unique(mesh.facets)) + 2:
+    if sum(len(part.points) for part in parts) < np.count_nonzero(facets_at(mesh)) + 2:
         return
     points, uses = np.unique(np.concatenate([part.points for part in parts]), axis=0, return_counts=True)
     found = f"{np.count_nonzero(uses > 1)} nodes in which patches meet without a common edge"

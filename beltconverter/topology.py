@@ -10,6 +10,7 @@ from .mesh import Mesh
 from .refusals import NotABelt
 
 NEXT = (1, 2, 0)
+MOST_PIECES = 1000
 
 
 class Edges(NamedTuple):
@@ -101,8 +102,11 @@ def _refuse_fin(mesh: Mesh, nodes: np.ndarray, most: int) -> None:
 def pieces(mesh: Mesh, edges: Edges) -> list[tuple[Mesh, Edges]]:
     """The connected pieces (over edges with two facets), in file order, each with its own node numbers."""
     label = components(len(mesh.facets), *edges.facets[edges.inner].T)
-    number = label.max() + 1
-    if number == 1 and len(mesh.points) == len(np.unique(mesh.facets)):
+    number = int(label.max()) + 1
+    if number > MOST_PIECES:
+        found = f"{number} loose pieces: neighbouring facets have no common nodes"
+        raise NotABelt("loose", found, "export the mesh with more digits, or weld its nodes", mesh.points[0])
+    if number == 1 and facets_at(mesh).min() > 0:
         return [(mesh, edges)]
     result = []
     for piece in np.split(np.argsort(label, kind="stable"), np.cumsum(np.bincount(label))[:-1]):
