@@ -19,9 +19,10 @@ from .refusals import NotABelt
 from .section import Face, Missed, along_closed, clustered, cut, divided
 from .topology import Edges, border_loops, cleaned, components, edges_of, pieces
 
-SHARP = math.cos(math.radians(45))
+SHARP = (45.0, 30.0, 20.0, 12.0)  # degrees
 HALF = np.array([0.5])
 ALIKE = 0.6  # smaller over larger area of the two sides of a belt
+MOST_OF_IT = 0.5  # share of the surface that both sides make up at least
 
 
 class Solid(NamedTuple):
@@ -35,47 +36,59 @@ class Solid(NamedTuple):
 def solids_of(mesh: Mesh, warnings: list[str]) -> list[Solid]:
     """The belts of a file of solids; `NotABelt` names a body that is none."""
     mesh = cleaned(mesh, warnings)
-    return [_solid(part, edges) for part, edges in pieces(mesh, edges_of(mesh))]
+    return [_solid(part, edges, warnings) for part, edges in pieces(mesh, edges_of(mesh))]
 
 
-def _solid(mesh: Mesh, edges: Edges) -> Solid:
+def _solid(mesh: Mesh, edges: Edges, warnings: list[str]) -> Solid:
     if len(edges.border):
-        found, remedy = (
-            "the surface is not closed",
-            "export a closed solid, or leave out --cell for a mid-surface",
-        )
-        raise NotABelt("open surface", found, remedy, mesh.points[edges.nodes[edges.border[0], 0]])
+        remedy = "export a closed solid, or leave out --cell for a mid-surface"
+        place = mesh.points[edges.nodes[edges.border[0], 0]]
+        raise NotABelt("open surface", "the surface is not closed", remedy, place)
     a, b, c = (mesh.points[mesh.facets[:, k]] for k in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    faces = _faces(mesh, edges)
-    size = np.bincount(faces, weights=areas)
-    large = np.argsort(-size, kind="stable")[:2]
-    if len(large) < 2 or size[large[1]] < ALIKE * size[large[0]]:
-        found = "it has no two sides of like size that sharp edges part"
-        remedy = "remove fillets, cleats and profiles from the solid, or mesh the mid-surface"
-        raise NotABelt("solid", found, remedy, mesh.points.mean(axis=0))
-    one, other = (
-        _ring(Mesh(mesh.points, mesh.facets[faces == face], mesh.order[faces == face])) for face in large
-    )
+    sides = _sides(mesh, edges, areas, warnings)
+    one, other = (_ring(Mesh(mesh.points, mesh.facets[side], mesh.order[side])) for side in sides)
     other = _matched(other, one)
     volume = abs(np.sum(a * np.cross(b, c)) / 6) if _is_wound(mesh, edges) else math.nan
-    thickness = volume / (size[large].sum() / 2)
+    thickness = volume / (areas[sides[0] | sides[1]].sum() / 2)
     return Solid(one, other, thickness if math.isfinite(thickness) else _gap(one, other))
 
 
-def _faces(mesh: Mesh, edges: Edges) -> np.ndarray:
-    """Face (F,) of each facet: smooth over edges blunter than 45 degrees, whatever the winding."""
-    first, second = edges.facets.T
+def _sides(mesh: Mesh, edges: Edges, areas: np.ndarray, warnings: list[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Facets (masks) of the two largest faces, if they are alike and enclose most of the solid.
+
+    Edges sharper than 45 degrees part faces. Where belt edges are rounded that leaves one face only: then blunter
+    edges are tried, down to 12 degrees; facets round a pulley meet at a few degrees.
+    """
+    bends = _bends(mesh, edges)
+    for sharp in SHARP:
+        is_smooth = bends < math.radians(sharp)
+        faces = components(len(areas), *edges.facets[is_smooth].T)
+        size = np.bincount(faces, weights=areas)
+        large = np.argsort(-size, kind="stable")[:2]
+        alike = len(large) == 2 and size[large[1]] >= ALIKE * size[large[0]]
+        if alike and size[large].sum() > MOST_OF_IT * areas.sum():
+            if sharp < SHARP[0]:
+                warnings.append(
+                    f"no edges sharper than {sharp:g} degrees part the belt's sides: is it rounded there?"
+                )
+            return faces == large[0], faces == large[1]
+    found = "it has no two sides of like size that edges part"
+    remedy = "remove fillets, cleats and profiles from the solid, or mesh the mid-surface"
+    raise NotABelt("solid", found, remedy, mesh.points.mean(axis=0))
+
+
+def _bends(mesh: Mesh, edges: Edges) -> np.ndarray:
+    """Angle (E,) between the two facets of each edge, rad, 0 if they are level, whatever their winding."""
     ends = edges.nodes
     edge = mesh.points[ends[:, 1]] - mesh.points[ends[:, 0]]
     edge /= np.linalg.norm(edge, axis=1, keepdims=True)
     inward = []
-    for facet in (first, second):
+    for facet in edges.facets.T:
         apex = mesh.points[mesh.facets[facet].sum(axis=1) - ends.sum(axis=1)] - mesh.points[ends[:, 0]]
         across = apex - np.sum(apex * edge, axis=1, keepdims=True) * edge
         inward.append(across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300))
-    is_smooth = np.sum(inward[0] * inward[1], axis=1) < -SHARP
-    return components(len(mesh.facets), first[is_smooth], second[is_smooth])
+    return np.arccos(np.clip(-np.sum(inward[0] * inward[1], axis=1), -1.0, 1.0))
 
 
 def _is_wound(mesh: Mesh, edges: Edges) -> bool:

@@ -174,15 +174,27 @@ def _matches(found: np.ndarray, made: Made, tolerance: float) -> bool:
     return any(np.abs(truth[k : k + rows] - found).max() <= tolerance for k in near)
 
 
-def solid_of(made: Made, thickness: float, rng=None) -> np.ndarray:
-    """Corners (F, 3, 3) of the closed solid of an endless belt whose mid-surface is `made`, random diagonals."""
+def solid_of(made: Made, thickness: float, rng=None, rounding=1) -> np.ndarray:
+    """Corners (F, 3, 3) of the closed solid of an endless belt whose mid-surface is `made`, random diagonals.
+
+    Its edges are flat, or half circles of `rounding` facets.
+    """
     points = made.points
     along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     across = np.gradient(points, axis=1)
     normal = np.cross(along, across)
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    across /= np.linalg.norm(across, axis=2, keepdims=True)
     top, bottom = points + thickness / 2 * normal, points - thickness / 2 * normal
+    rims = []
+    for k, outward in ((-1, 1), (0, -1)):
+        angle = np.linspace(0, np.pi, rounding + 1)[:, None]
+        bulge = np.cos(angle) * normal[:, None, k] + outward * np.sin(angle) * across[:, None, k]
+        rim = points[:, None, k] + thickness / 2 * bulge
+        rim[:, 0], rim[:, -1] = top[:, k], bottom[:, k]
+        rims.append(rim)
     rng = rng or np.random.default_rng(0)
-    sides = [np.stack([top[:, k], bottom[:, k]], axis=1) for k in (-1, 0)]
-    grids = [top, bottom[:, ::-1], sides[0], sides[1][:, ::-1]]
-    return np.concatenate([corners_of(m, facets_of(m, "random", rng)) for m in (Made(g, "endless") for g in grids)])
+    grids = [top, bottom[:, ::-1], rims[0], rims[1][:, ::-1]]
+    return np.concatenate(
+        [corners_of(m, facets_of(m, "random", rng)) for m in (Made(g, "endless") for g in grids)]
+    )

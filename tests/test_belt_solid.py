@@ -69,6 +69,17 @@ def test_a_solid_becomes_a_belt_of_its_own_thickness():
     assert "took mm" in conversion.warnings[0]
 
 
+@pytest.mark.parametrize("facets", [6, 8])
+def test_rounded_edges_are_told_with_a_warning(facets):
+    made = belts.racetrack(200, 11, **PLAIN)
+    warnings = []
+    (solid,) = solids_of(welded(belts.solid_of(made, 0.012, rounding=facets).reshape(-1, 3)), warnings)
+    (grid,) = mid_surfaces([solid], CELL, half_edges=True)
+    # The sides reach into the rounding by less than its radius of 6 mm.
+    assert np.ptp(grid.points[..., 1]) == pytest.approx(PLAIN["width"] + 0.006, abs=0.006)
+    assert "rounded" in warnings[0]
+
+
 def test_two_solids_become_two_belts():
     one = belts.solid_of(belts.racetrack(120, 9, **PLAIN), 0.01)
     two = belts.solid_of(belts.racetrack(80, 7, radius=0.3, straight=2.0, width=0.6), 0.01) + np.array(
