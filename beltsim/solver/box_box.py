@@ -2,10 +2,11 @@
 
 A box carries a field around its core of half extents a: phi(y) = R^2 X(y_x) Y(y_y) Z(y_z) with R = r_1 + r_2 and the
 smoothed step s(u) = 0, (u + R)^2 / 2 R^2, 1 - (R - u)^2 / 2 R^2, 1 that rises between u = -R and R. Across the box,
-Z = s(a - |y|), so that a point of the other core at the depth d below the reach R costs phi = d^2 / 2 for d <= R. Along
-it, X = s(y + a) - s(y - a): the fields of boxes whose cores tile a flat belt add up to one surface without seams,
-exactly and at any shift, since each s cancels against the neighbour's. The other core feels the field with points on
-its surface, which carry its area: w each, those of a flat face the area of the face together. Both sides count half:
+Z = s(a - |y|), so that a point of the other core at the depth d below the reach R costs phi = d^2 / 2 for d <= R; a
+parabola rounds it off within R / 4 of the middle, for edges of thin belts that meet side by side. Along the box,
+X = s(y + a) - s(y - a): the fields of boxes whose cores tile a flat belt add up to one surface without seams, exactly
+and at any shift, since each s cancels against the neighbour's. The other core feels the field with points on its
+surface, which carry its area: w each, those of a flat face the area of the face together. Both sides count half:
 
     U = K / 2 (sum_p w_p phi_2(p) + sum_q w_q phi_1(q)),   K [Pa/m] the stiffness of the foundation per area
 
@@ -17,7 +18,7 @@ Exact: a flat face that lies on a belt has the stiffness K times its core's area
 stand at most 1.25 R apart, so the end of a belt that slides over another feels their rows (0.3 % of the force for a
 belt of three 25 mm cells with edges of 4 mm, 1.5 % with edges of 1 mm, nothing for a belt without ends). Side on side:
 about K times the thickness per length; the outermost R of a free rim carries less. Overlaps beyond R push less, those
-beyond both cores pull through: nothing here is meant for boxes inside one another.
+past the middle of a box pull through: nothing here is meant for boxes inside one another.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ FLAT = 0.05  # cores thinner than this share of R have one layer of points
 NARROW = (
     0.125  # cores narrower than this share of R end like thin ones: s(y + a) - s(y - a) would vanish there
 )
+MIDDLE = 0.25  # of R: how far from the middle of a thin box its field is rounded off
 NONE = (0.0, 0.0, 0.0)
 
 
@@ -63,9 +65,13 @@ def step_of(u, reach):
 
 @inner
 def across_box(y, half, reach):
-    """s(a - |y|) and its slope."""
+    """s(a - |y|) and its slope, rounded off in the middle of the box."""
+    middle = MIDDLE * reach
+    if abs(y) < middle:
+        value, slope = step_of(half - middle, reach)
+        return value + 0.5 * slope * (middle - y * y / middle), -slope * y / middle
     value, slope = step_of(half - abs(y), reach)
-    return value, -slope if y >= 0.0 else slope
+    return value, -slope if y > 0.0 else slope
 
 
 @inner
