@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,8 @@ import numpy as np
 from .mesh import Mesh
 from .piece import Grid, solve
 from .refusals import NotABelt
-from .topology import Edges, cleaned, components, edges_of, facets_at, pieces, without_slivers
+from .topology import cleaned, edges_of, facets_at, pieces, without_slivers
+from .weld import welds
 
 
 class Wishes(NamedTuple):
@@ -28,21 +30,28 @@ def recover(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid]:
     """Proven grids in file order; `NotABelt` if any piece of the mesh is none."""
     mesh = cleaned(mesh, warnings)
     try:
-        grids = _grids(mesh, edges_of(mesh), wishes, warnings)
+        grids = _with_notes(mesh, wishes, [], warnings)
     except NotABelt as refusal:
-        grids = _mended(mesh, wishes, warnings)
+        grids = _without_slivers(mesh, wishes, warnings) or _welded(mesh, wishes, warnings)
         if not grids:
             raise refusal from None
     else:
-        if len(grids) > 1:
-            grids = _joined(mesh, grids, wishes, warnings)
+        grids = _joined(mesh, grids, wishes, warnings)
     return [_asserted(_closed(grid, wishes, warnings), wishes) for grid in grids]
 
 
-def _grids(mesh: Mesh, edges: Edges, wishes: Wishes, warnings: list[str]) -> list[Grid]:
-    parts = pieces(mesh, edges)
+def _grids(mesh: Mesh, wishes: Wishes, notes: list[str]) -> list[Grid]:
+    """Proven grids of a mesh as it is; what is to be said of them goes to `notes`."""
+    parts = pieces(mesh, edges_of(mesh))
     _refuse_common_nodes(mesh, [part for part, _ in parts])
-    return [solve(part, part_edges, wishes.cells, warnings) for part, part_edges in parts]
+    return [solve(part, part_edges, wishes.cells, notes) for part, part_edges in parts]
+
+
+def _with_notes(mesh: Mesh, wishes: Wishes, notes: list[str], warnings: list[str]) -> list[Grid]:
+    """The same; its notes become warnings only if all pieces are proven."""
+    grids = _grids(mesh, wishes, notes)
+    warnings.extend(notes)
+    return grids
 
 
 def _refuse_common_nodes(mesh: Mesh, parts: list[Mesh]) -> None:
@@ -55,39 +64,33 @@ def _refuse_common_nodes(mesh: Mesh, parts: list[Mesh]) -> None:
     raise NotABelt("crack", found, remedy, points[np.argmax(uses > 1)])
 
 
-def _mended(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid] | None:
-    """Grids after leaving out facets without area, else at the smallest weld that proves the fewest pieces.
-
-    Of equally few pieces a clear weld is preferred: see `_welds`.
-    """
+def _without_slivers(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid] | None:
+    """Grids after leaving out facets without area, if there are any and that helps."""
     notes: list[str] = []
     plain = without_slivers(mesh, notes)
-    if notes:
+    try:
+        return _with_notes(plain, wishes, notes, warnings) if notes else None
+    except NotABelt:
+        return None
+
+
+def _welded(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid] | None:
+    """Grids at the smallest weld that proves the fewest pieces; of equally few, a clear one is preferred."""
+    best: tuple = (math.inf, False)
+    grids, notes = None, []
+    for weld in welds(mesh, wishes.weld, 0.25):
+        found: list[str] = []
         try:
-            grids = _grids(plain, edges_of(plain), wishes, notes)
-        except NotABelt:
-            pass
-        else:
-            warnings.extend(notes)
-            return grids
-    best, best_rank = None, None
-    for tolerance, is_clear, merged in _welds(mesh, wishes.weld, 0.25):
-        notes = []
-        try:
-            merged = cleaned(merged, [])
-            grids = _grids(merged, edges_of(merged), wishes, notes)
+            trial = _grids(weld.mesh, wishes, found)
         except NotABelt:
             continue
-        rank = (len(grids), not is_clear)
-        if best is None or rank < best_rank:
-            best_rank = rank
-            best = grids, [*notes, f"border nodes up to {tolerance:.3g} apart (file units) were welded"]
-        if best_rank == (1, False):
+        if (len(trial), not weld.is_clear) < best:
+            best = (len(trial), not weld.is_clear)
+            grids, notes = trial, [*found, weld.note]
+        if best == (1, False):
             break
-    if best:
-        warnings.extend(best[1])
-        return best[0]
-    return None
+    warnings.extend(notes)
+    return grids
 
 
 def _joined(mesh: Mesh, grids: list[Grid], wishes: Wishes, warnings: list[str]) -> list[Grid]:
@@ -95,64 +98,17 @@ def _joined(mesh: Mesh, grids: list[Grid], wishes: Wishes, warnings: list[str]) 
 
     Belts side by side keep their distance: only 1 % of a cell is taken for rounding here.
     """
-    best, best_notes = grids, []
-    for tolerance, _, merged in _welds(mesh, wishes.weld, 0.01):
-        notes: list[str] = []
+    notes: list[str] = []
+    for weld in welds(mesh, wishes.weld, 0.01) if len(grids) > 1 else ():
+        found: list[str] = []
         try:
-            trial = _grids(merged, edges_of(merged), wishes, notes)
+            trial = _grids(weld.mesh, wishes, found)
         except NotABelt:
             continue
-        if len(trial) < len(best):
-            found = f"patches joined: border nodes up to {tolerance:.3g} apart (file units) were welded"
-            best, best_notes = trial, [*notes, found]
-    warnings.extend(best_notes)
-    return best
-
-
-def _welds(mesh: Mesh, most: float | None, share: float):
-    """Ever coarser welds (tolerance, is clear, mesh) of border nodes, from 1e-8 of the extent to `share` of an edge.
-
-    Only levels at which another pair of nodes comes into reach are tried, so belts that keep clear cost nothing.
-    A level is clear if no further pair lies within four times its tolerance: it does not cut through the scatter
-    of one cause, as a level does that closes one half of a crack.
-    """
-    from scipy.spatial import cKDTree
-
-    edges = edges_of_lenient(mesh)
-    if edges is None:
-        return
-    length = np.linalg.norm(np.diff(mesh.points[edges.nodes], axis=1)[:, 0], axis=1)
-    limit = share * np.median(length) if most is None else most
-    nodes = np.unique(edges.nodes[edges.border])
-    pairs = cKDTree(mesh.points[nodes]).query_pairs(limit, output_type="ndarray") if len(nodes) else ()
-    if not len(pairs):
-        return
-    a, b = nodes[pairs].T
-    apart = np.linalg.norm(mesh.points[a] - mesh.points[b], axis=1)
-    tolerance = 1e-8 * np.ptp(mesh.points, axis=0).max()
-    reached = 0
-    while tolerance < 2.5 * limit:
-        near = apart <= min(tolerance, limit)
-        if np.count_nonzero(near) > reached:
-            reached = np.count_nonzero(near)
-            is_clear = not np.any((apart > min(tolerance, limit)) & (apart <= 4 * tolerance))
-            yield min(tolerance, limit), is_clear, _merged(mesh, a[near], b[near])
-        tolerance *= 2.5
-
-
-def edges_of_lenient(mesh: Mesh) -> Edges | None:
-    """Edge table, or None for a mesh that has none."""
-    try:
-        return edges_of(mesh)
-    except NotABelt:
-        return None
-
-
-def _merged(mesh: Mesh, a: np.ndarray, b: np.ndarray) -> Mesh:
-    label = components(len(mesh.points), a, b)
-    used, first = np.unique(label, return_index=True)
-    assert len(used) == label.max() + 1
-    return Mesh(mesh.points[first], label[mesh.facets].astype(np.int64), mesh.order)
+        if len(trial) < len(grids):
+            grids, notes = trial, [*found, f"patches joined: {weld.note}"]
+    warnings.extend(notes)
+    return grids
 
 
 def _closed(grid: Grid, wishes: Wishes, warnings: list[str]) -> Grid:

@@ -10,7 +10,6 @@ from beltsim.console import UsageProblem
 
 def settings_from(options: dict, *, stated: dict[str, str], source: str | None):
     """`Settings` of parsed options; `UsageProblem` for combinations that make no sense."""
-    from .belt import Making
     from .convert import Settings
     from .frames import Pose
     from .properties import Sheet
@@ -18,50 +17,51 @@ def settings_from(options: dict, *, stated: dict[str, str], source: str | None):
     from .zones import parse_zone, read_zones
 
     o = options
-    for name in ("name", "name_prefix", "fibre_name", "material"):
-        if re.search(r'[\s*?,"=]', o[name]) or not (o[name] or name == "name_prefix"):
-            raise UsageProblem(
-                f"--{name.replace('_', '-')} '{o[name]}': expected a word without blanks and * ? , = \""
-            )
-    sheet = Sheet(**{field.name: o[field.name] for field in fields(Sheet) if o[field.name] is not None})
+    _check_names(o)
     kind = None if o["is_open"] is None else "open" if o["is_open"] else "endless"
-    making = Making(
-        shape=o["shape"],
-        edge_radius=o["edge_radius"],
-        overlap=o["overlap"],
-        sphere_radius=o["sphere_radius"],
-        elongation=(o["elongation_along"], o["elongation_across"]),
-        fibres=o["fibres"],
-        fibre_name=o["fibre_name"],
-        name=o["name"],
-        prefix=o["name_prefix"],
-        touching_columns=o["touching_edges"],
-        speed=o["belt_speed"],
-        material=o["material"],
-        first_id=o["first_id"],
-    )
+    turned = (o["flip"], o["reverse"], o["flip_belt"], o["reverse_belt"])
+    zones = (*(read_zones(o["zone_file"]) if o["zone_file"] else ()), *map(parse_zone, o["zone_texts"]))
+    same_name = ("unit", "stress_free", "contact_modulus", "friction", "restitution", "cell")
     return Settings(
-        unit=o["unit"],
+        **{name: o[name] for name in same_name},
         wishes=Wishes(kind, o["cells"], o["weld"]),
-        pose=Pose(
-            o["up"],
-            o["direction"],
-            o["longitudinal"],
-            o["flip"],
-            o["reverse"],
-            o["flip_belt"],
-            o["reverse_belt"],
-        ),
-        making=making,
-        sheet=sheet,
-        stress_free=o["stress_free"],
+        pose=Pose(o["up"], o["direction"], o["longitudinal"], *turned),
+        making=_making(o),
+        sheet=Sheet(**{field.name: o[field.name] for field in fields(Sheet) if o[field.name] is not None}),
         half_edges=o["edge"] == "half",
-        contact_modulus=o["contact_modulus"],
-        friction=o["friction"],
-        restitution=o["restitution"],
-        zones=(*(read_zones(o["zone_file"]) if o["zone_file"] else ()), *map(parse_zone, o["zone_texts"])),
-        cell=o["cell"],
+        zones=zones,
         thickness_stated=o["thickness"] is not None,
         stated=stated,
         source=source,
     )
+
+
+def _making(o: dict):
+    from .belt import Making
+
+    same_name = (
+        "shape",
+        "edge_radius",
+        "overlap",
+        "sphere_radius",
+        "fibres",
+        "fibre_name",
+        "name",
+        "material",
+        "first_id",
+    )
+    return Making(
+        **{name: o[name] for name in same_name},
+        elongation=(o["elongation_along"], o["elongation_across"]),
+        prefix=o["name_prefix"],
+        touching_columns=o["touching_edges"],
+        speed=o["belt_speed"],
+    )
+
+
+def _check_names(o: dict) -> None:
+    """Names end up in references and patterns of the INP file."""
+    for name in ("name", "name_prefix", "fibre_name", "material"):
+        if re.search(r'[\s*?,"=]', o[name]) or not (o[name] or name == "name_prefix"):
+            flag = "--" + name.replace("_", "-")
+            raise UsageProblem(f"{flag} '{o[name]}': expected a word without blanks and * ? , = \"")
