@@ -97,7 +97,7 @@ def roll_up() -> Findings:
         shapes = []
         for share in (0.25, 0.5, 0.75, 1.0):
             ramp(state, bonds, (0, 0, 0), (0.0, -share * moment, 0.0), duration=0.01, stages=1)
-            settle(state, BENDING, 5 if share == 1.0 else 2)
+            settle(state, BENDING, 4 if share == 1.0 else 1.5)
             state.stage.drag = 4.0 * math.pi * BENDING
             shapes.append(position_of(state).copy())
         rows.append(

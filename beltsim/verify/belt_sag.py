@@ -100,7 +100,7 @@ def belt_sag() -> Findings:
 
 
 CASES = {
-    "F1": Case("Catenary", "H/q (cosh(q l/2H) − 1)", catenary),
+    "F1": Case("Catenary", "H/q (cosh(q l/2H) − 1)", catenary, quick=False),
     "F2": Case("Elastic catenary", "Irvine 1981", elastic_strings),
     "F3": Case(
         "Belt sag with bending stiffness",

@@ -57,7 +57,7 @@ def verify_command(
     \b
     Example:
         beltsim verify --quick -o verification.md
-    """
+    """  # noqa: D301 - click wants the character itself
     refuse_existing(output, overwrite=overwrite)
     from beltsim.verify import book
 

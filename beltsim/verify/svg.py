@@ -81,7 +81,7 @@ def drawn(series: Series, x: np.ndarray, y: np.ndarray, colour: str) -> str:
 def legend(plot: Plot, at_x, at_y) -> list[str]:
     """Names of the curves, in the corner that has the fewest points."""
     height = 18 * len(plot.series) + 8
-    width = 40 + 7 * max(len(s.label) for s in plot.series)
+    width = 44 + max(sum(10 if c.isupper() else 7 for c in s.label) for s in plot.series)
     corners = [
         (x, y) for x in (LEFT + 8, WIDTH - RIGHT - width - 8) for y in (TOP + 8, HEIGHT - BOTTOM - height - 8)
     ]
