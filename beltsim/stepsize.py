@@ -12,7 +12,8 @@ from beltsim.face_limits import face_contact_rows, face_impacts
 from beltsim.lists import BETWEEN_PARTICLES
 from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE, Body
-from beltsim.solver.contact import LINE_STIFFNESS
+from beltsim.scene.walls import Mesh
+from beltsim.solver.contact import LINE_STIFFNESS, PUNCH_STIFFNESS
 from beltsim.solver.motion import FREE, Slides, Spins
 from beltsim.solver.state import Laws, LinearLaws, Parts
 from beltsim.solver.timestep import (
@@ -60,10 +61,19 @@ def drop_of(scene: Scene, parts: Parts) -> float:
         return 0.0
     places = [scene.population.particles.position.T, parts.position.T]
     places += [np.reshape(block.rows["box"], (-1, 3)) for block in scene.sources]
+    places += [placed(mesh, parts) for mesh in scene.machinery.meshes]
     if scene.domain is not None:  # bulk that leaves falls to the bottom of the domain
         places.append(np.reshape(scene.domain, (2, 3)))
     heights = np.concatenate(places) @ scene.gravity
     return float(np.ptp(heights)) if heights.size else 0.0
+
+
+def placed(mesh: Mesh, parts: Parts) -> np.ndarray:
+    """Vertices (v, 3) of a mesh where it is now."""
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_quat(parts.orientation[:, mesh.part], scalar_first=True)
+    return turn.apply(mesh.vertices) + parts.position[:, mesh.part]
 
 
 def impact_limits(scene: Scene, speed: float) -> list[Limit]:
@@ -121,11 +131,24 @@ def line_contact_rows(scene: Scene) -> np.ndarray:
             longest = population.half_extent[slots].max(axis=1)
             stiffness = of_parts[scene.materials.row[body.material]] * np.ones_like(longest)
             if isinstance(scene.laws, Laws):
-                stiffness *= LINE_STIFFNESS * 2.0 * longest
+                stiffness *= np.maximum(LINE_STIFFNESS * 2.0 * longest, corner_lengths(scene, slots))
             mass = population.particles.mass[slots]
             lever = mass * longest**2 / population.particles.inertia[:, slots].min(axis=0)
             share[slots] = stiffness * (2.0 + lever) / mass
     return share
+
+
+def corner_lengths(scene: Scene, slots: np.ndarray) -> np.ndarray:
+    """Stiffness over E* [m] of boxes that lie flat on a plane or a mesh, 0 if the scene has none.
+
+    The punch, and the Hertz stiffness of four corners at an overlap of 2 % of their edge radius.
+    """
+    if not {"PLANE", "MESH"} & {part.shape for part in scene.machinery.info}:
+        return np.zeros(np.count_nonzero(slots))
+    edge = scene.population.edge_radius[slots]
+    sides = np.sort(2.0 * (scene.population.half_extent[slots] - edge[:, None]), axis=1)
+    face = np.maximum(np.sqrt(sides[:, 1] * sides[:, 2]), edge)
+    return PUNCH_STIFFNESS * face + 4.0 * 2.0 * math.sqrt(0.02) * edge
 
 
 def bond_limit(scene: Scene) -> Limit | None:
@@ -153,6 +176,9 @@ def travel_limit(scene: Scene, speed: float) -> Limit | None:
     if speed <= 0.0 or not scene.population.bodies:
         return None
     smallest = min(min(body.half_extent) for body in scene.population.bodies)
+    if scene.machinery.meshes:  # walls without thickness: what touches them must not get to their other side
+        rounded = [body.edge_radius for body in scene.population.bodies if body.edge_radius > 0.0]
+        smallest = min([smallest, *rounded])
     return Limit(TRAVEL * smallest / speed, f"travel at {speed:.3g} m/s")
 
 

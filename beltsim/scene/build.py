@@ -12,7 +12,12 @@ from beltsim.scene.bodies import BOX, SPHERE, Population, populate
 from beltsim.scene.bonding import Bonding, bonds_of
 from beltsim.scene.machinery import Machinery, amplitudes_of, machinery_of
 from beltsim.scene.touching import Groups, Materials, shapes_of, touching_boxes
-from beltsim.scene.unbuilt import refuse_sharp_boxes, refuse_turned_particles, refuse_unbuilt
+from beltsim.scene.unbuilt import (
+    refuse_sharp_boxes,
+    refuse_sharp_boxes_on_meshes,
+    refuse_turned_particles,
+    refuse_unbuilt,
+)
 from beltsim.solver.motion import Amplitudes
 from beltsim.solver.state import BondKinds, Bonds, BondStrength, Laws, Runs, Shapes
 
@@ -90,6 +95,8 @@ def build(deck: Deck) -> Scene:
     population = populate(deck)
     shapes = shapes_of(population, materials, groups)
     refuse_sharp_boxes(touching_boxes(population, groups))
+    meshes = [block for block in deck.blocks("PART") if block["SHAPE"] == "MESH"]
+    refuse_sharp_boxes_on_meshes(population, groups, meshes)
     refuse_turned_particles(deck, population, slots_of_motion)
     hold_moved_particles(deck, population)
     bonding = bonds_of(deck, population)

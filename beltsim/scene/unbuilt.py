@@ -6,7 +6,8 @@ import numpy as np
 
 from beltsim.console import CommandError, ExitCode
 from beltsim.inp import Block, Deck
-from beltsim.scene.bodies import Body, Population
+from beltsim.scene.bodies import BOX, Body, Population
+from beltsim.scene.touching import Groups
 
 NOT_BUILT = {
     "CHECKPOINT": "no *CHECKPOINT",
@@ -77,6 +78,19 @@ def refuse_turned_particles(deck: Deck, population: Population, slots_of) -> Non
                 problems.append(problem(block, found, "particles of shape CYLINDER"))
     if problems:
         raise SceneError("\n".join(problems))
+
+
+def refuse_sharp_boxes_on_meshes(population: Population, groups: Groups, meshes: list[Block]) -> None:
+    """Raise `SceneError` for boxes with sharp edges that may touch a mesh: nothing of them would reach it."""
+    problems = []
+    for mesh in meshes:
+        for body in population.bodies:
+            touches = groups.may_touch[groups.of(body.group), groups.of(mesh.get("CONTACT GROUP"))]
+            if body.shape == BOX and body.edge_radius <= 0.0 and touches:
+                found = f"EDGE RADIUS=0 of rounded box {body.name}, which may touch the mesh {mesh['NAME']}"
+                problems.append(problem(body.block, found, "an EDGE RADIUS above 0"))
+    if problems:
+        raise SceneError("\n".join(problems[:10]))
 
 
 def refuse_sharp_boxes(touching: list[tuple[Body, Body]]) -> None:
