@@ -103,7 +103,7 @@ def summary_lines(reports: list[dict]) -> list[str]:
             f"  initial strain {_percent(one['strain_min'])} (row {one['strain_min_row']}) to "
             f"{_percent(one['strain_max'])} (row {one['strain_max_row']}), one stress-free length per "
             f"{one['stress_free_mode']}",
-            f"  area {one['area']:.4g} m2; between the outer nodes {one['mesh_area']:.4g} m2, of which the flat belt "
-            f"differs by {100 * one['area_check']:+.2f} %",
+            f"  area {one['area']:.4g} m2; between the outer nodes {one['mesh_area']:.4g} m2 as meshed, "
+            f"{100 * one['area_check']:+.2f} % when flat",
         ]
     return lines

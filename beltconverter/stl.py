@@ -99,7 +99,14 @@ def _solids(text: bytes, name: str) -> Iterator[tuple[int, int]]:
             line = text.count(b"\n") + 1
             raise UnreadableMesh(name, "the end of the file (truncated)", "a line 'endsolid'", line)
         yield begin, end
-        at = text.find(b"solid", _line_end(text, end))
+        after = _line_end(text, end)
+        at = text.find(b"solid", after)
+        stray = text.find(b"facet", after, at if at >= 0 else len(text))
+        if stray >= 0:
+            line = text.count(b"\n", 0, stray) + 1
+            raise UnreadableMesh(
+                name, "a facet after 'endsolid'", "facets between 'solid' and 'endsolid'", line
+            )
 
 
 def _line_end(text: bytes, at: int) -> int:

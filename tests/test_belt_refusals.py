@@ -134,6 +134,7 @@ UNREADABLE = {
         WHOLE.replace(b"    endloop", b"      vertex 0 0 0\n    endloop", 1),
         "belt.stl:2: a broken facet",
     ),
+    "facets after the end": (WHOLE + WHOLE[WHOLE.find(b"  facet") :], "a facet after 'endsolid'"),
     "a binary file that is cut": (BINARY[:-10], "truncated, or a wrong count"),
     "a binary file that counts wrong": (
         BINARY[:80] + (9).to_bytes(4, "little") + BINARY[84:],
