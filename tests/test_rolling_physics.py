@@ -343,6 +343,21 @@ def test_a_free_box_rests_on_two_rollers():
     assert scenes.kinetic_energy(state) < 1e-12 * weight * 0.1
 
 
+def test_a_box_comes_to_rest_on_the_flat_end_of_a_cylinder():
+    deck = scenes.case(
+        time_step=2e-5, gravity=DOWN, materials=MATERIALS, friction=0.4, restitution=0.3, duration=10.0
+    )
+    scenes.add_boxes(deck, [(0.02, 0.01, 0.106)], size=(0.05, 0.05, 0.01), edge_radius=0.004, group="belt")
+    scenes.add_cylinder(deck, diameter=0.3, length=0.2, orientation=scenes.UPRIGHT, material="rigid")
+    state = scenes.start(deck)
+    scenes.advance(state, 25_000)
+    p = scenes.particles(state)
+    assert state.scene.machinery.parts.force[2, 0] == pytest.approx(-p.mass[0] * G, rel=1e-3)
+    # on its core: 1 mm thick about its middle
+    assert p.position[:, 0] == pytest.approx([0.02, 0.01, 0.101], abs=2e-5)
+    assert np.linalg.norm(p.velocity) < 1e-3
+
+
 def test_momentum_goes_from_an_oblique_sphere_into_a_free_box_and_none_is_lost():
     deck = scenes.case(time_step=1e-5, friction=0.4, restitution=0.6)
     scenes.add_boxes(deck, [(0.0, 0.0, 0.0)], size=(0.1, 0.06, 0.02), edge_radius=0.004, group="belt")

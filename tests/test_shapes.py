@@ -272,6 +272,19 @@ def test_a_box_that_leaves_over_the_cylinder_s_end_loses_its_force_in_proportion
     assert shapes.box_cylinder(*flat_box(1e-4, along=HALF_LENGTH + CORE[1]))[0] == 0.0
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_box_against_the_end_of_a_cylinder_is_pushed_out_along_the_axis(side):
+    depth = 3e-4
+    arguments = list(flat_box(0.0))
+    arguments[0] = (0.01, side * (HALF_LENGTH + CORE[1] - depth), 0.02)
+    area, length, normal, point = shapes.box_cylinder(*arguments)
+    assert normal == pytest.approx((0.0, side, 0.0), abs=1e-15)
+    assert area / length == pytest.approx(depth, rel=1e-9)
+    assert point == pytest.approx((0.01, side * HALF_LENGTH, 0.02), abs=1e-15)
+    arguments[0] = (0.01, side * (HALF_LENGTH + CORE[1] + 1e-12), 0.02)
+    assert shapes.box_cylinder(*arguments)[0] == 0.0
+
+
 @pytest.mark.parametrize("half_width", [0.0125, 0.025, 0.05])
 def test_a_box_skewed_by_any_angle_carries_at_least_the_line_across_its_face(half_width):
     core = (0.0125, half_width, 0.001)
@@ -296,6 +309,7 @@ SWEEPS = {
         0.0,
     ),
     "leave over the end while tilted": lambda u: (Rotation.from_euler("x", 0.01), 0.17 + 0.04 * u),
+    "come against the end": lambda u: (Rotation.from_euler("x", 1e-3), HALF_LENGTH + CORE[1] - 4e-4 * u),
     "yaw beside the end": lambda u: (Rotation.from_euler("z", 0.5 * np.pi * u), HALF_LENGTH),
 }
 
