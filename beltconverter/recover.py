@@ -96,17 +96,25 @@ def _welded(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid] | Non
 def _joined(mesh: Mesh, grids: list[Grid], wishes: Wishes, warnings: list[str]) -> list[Grid]:
     """Several proven belts, or one whose patches differ in the last digits of their common border.
 
-    Belts side by side keep their distance: only 1 % of a cell is taken for rounding here.
+    Belts side by side keep their distance: unless a weld is asked for, only 1 % of a cell is taken for rounding,
+    and a wider one that would do is mentioned.
     """
     notes: list[str] = []
-    for weld in welds(mesh, wishes.weld, 0.01) if len(grids) > 1 else ():
+    for weld in welds(mesh, wishes.weld, 0.25) if len(grids) > 1 else ():
         found: list[str] = []
         try:
             trial = _grids(weld.mesh, wishes, found)
         except NotABelt:
             continue
-        if len(trial) < len(grids):
-            grids, notes = trial, [*found, f"patches joined: {weld.note}"]
+        if len(trial) >= len(grids):
+            continue
+        if wishes.weld is None and weld.share > 0.01:
+            wide = f"--weld {weld.tolerance:.2g} (in the unit of the mesh)"
+            notes.append(
+                f"{len(grids)} belts; if they are patches of fewer, {wide} would join them to {len(trial)}"
+            )
+            break
+        grids, notes = trial, [*found, f"patches joined: {weld.note}"]
     warnings.extend(notes)
     return grids
 

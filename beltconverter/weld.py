@@ -20,11 +20,12 @@ STEP = 2.5
 class Weld(NamedTuple):
     """A mesh with border nodes up to `tolerance` apart in one.
 
-    is_clear : no further pair lies within four times the tolerance: it does not cut through the scatter of one
-    cause, as a weld does that closes one half of a crack.
+    share : the tolerance over the median edge; is_clear : no further pair lies within four times the tolerance, so
+    it does not cut through the scatter of one cause, as a weld does that closes one half of a crack.
     """
 
     tolerance: float
+    share: float
     is_clear: bool
     mesh: Mesh
 
@@ -40,9 +41,10 @@ def welds(mesh: Mesh, most: float | None, share: float) -> Iterator[Weld]:
     Only levels at which another pair of nodes comes into reach are tried, so belts that keep clear cost nothing.
     """
     try:
-        a, b, apart, limit = _pairs(mesh, most, share)
+        a, b, apart, edge = _pairs(mesh, most, share)
     except NotABelt:  # a mesh with fins has no border to speak of
         return
+    limit = share * edge if most is None else most
     tolerance, reached = 1e-8 * np.ptp(mesh.points, axis=0).max(), 0
     while reached < len(apart):
         level = min(tolerance, limit)
@@ -50,24 +52,25 @@ def welds(mesh: Mesh, most: float | None, share: float) -> Iterator[Weld]:
         if np.count_nonzero(near) > reached:
             reached = np.count_nonzero(near)
             is_clear = not np.any(~near & (apart <= 4 * level))
-            yield Weld(level, is_clear, _merged(mesh, a[near], b[near]))
+            yield Weld(level, level / edge, is_clear, _merged(mesh, a[near], b[near]))
         tolerance *= STEP
 
 
 def _pairs(mesh: Mesh, most: float | None, share: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Pairs of border nodes a, b, their distances, and the largest distance that counts."""
+    """Pairs of border nodes a, b within the limit, their distances, and the median edge."""
     from scipy.spatial import cKDTree
 
     edges = edges_of(mesh)
     length = np.linalg.norm(np.diff(mesh.points[edges.nodes], axis=1)[:, 0], axis=1)
-    limit = float(share * np.median(length)) if most is None else most
+    edge = float(np.median(length))
+    limit = share * edge if most is None else most
     nodes = np.unique(edges.nodes[edges.border])
     if not len(nodes):
-        return nodes, nodes, np.empty(0), limit
+        return nodes, nodes, np.empty(0), edge
     a, b = nodes[cKDTree(mesh.points[nodes]).query_pairs(limit, output_type="ndarray")].T
     apart = np.linalg.norm(mesh.points[a] - mesh.points[b], axis=1)
     inside = apart <= limit  # the tree rounds its own way
-    return a[inside], b[inside], apart[inside], limit
+    return a[inside], b[inside], apart[inside], edge
 
 
 def _merged(mesh: Mesh, a: np.ndarray, b: np.ndarray) -> Mesh:

@@ -32,6 +32,27 @@ def test_two_open_patches_become_one_belt():
     assert any("patches joined" in warning for warning in warnings)
 
 
+def test_a_ring_of_four_patches_becomes_one_belt():
+    made = belts.racetrack(80, 6)
+    corners = belts.corners_of(made)
+    patch = np.digitize(corners[..., 0].mean(axis=1), [0.3, 0.8, 1.3])
+    corners += 2e-7 * patch[:, None, None]
+    (grid,), warnings = recovered(belts.ascii_stl(corners, digits=12))
+    assert belts.is_same_grid(grid.points, grid.kind, made, 2e-6)
+    assert any("welded" in warning for warning in warnings)
+
+
+def test_patches_with_a_wide_gap_stay_apart_with_a_warning_and_are_joined_on_request():
+    made = belts.flat(30, 5)
+    corners = belts.corners_of(made)
+    corners[in_right_half(corners)] += 3e-3
+    grids, warnings = recovered(belts.ascii_stl(corners))
+    assert len(grids) == 2
+    assert any("patches of fewer, --weld" in warning for warning in warnings)
+    (grid,), _ = recovered(belts.ascii_stl(corners), Wishes(weld=6e-3))
+    assert belts.is_same_grid(grid.points, grid.kind, made, 4e-3)
+
+
 def test_every_corner_rounded_on_its_own_still_gives_the_belt():
     made = belts.racetrack(60, 7)
     corners = belts.corners_of(made)
