@@ -194,10 +194,14 @@ def box_cylinder(box_centre, orientation, core, edge_radius, middle, axis, cylin
     reach = cylinder_radius + edge_radius
     area, length, moment = 0.0, 0.0, (0.0, 0.0, 0.0)
     begin, t, u, near_begin = low, *nearest_to_axis(plus(centre, low, along), sides, axis)
-    kinks = kinks_of_line(centre, along, sides, t, u, axis)
+    t_high, u_high, near_high = nearest_to_axis(plus(centre, high, along), sides, axis)
+    kinks = (math.inf, math.inf, math.inf, math.inf)
+    if not (is_straight(t, t_high) and is_straight(u, u_high)):
+        kinks = kinks_of_line(centre, along, sides, t, u, axis)
     while begin < high:
-        end = next_kink(kinks, begin, high)
-        _, _, near_end = nearest_to_axis(plus(centre, end, along), sides, axis)
+        end, near_end = next_kink(kinks, begin, high), near_high
+        if end < high:
+            _, _, near_end = nearest_to_axis(plus(centre, end, along), sides, axis)
         share, mean, place = positive_part(
             reach - norm(flatten(near_begin, axis)), reach - norm(flatten(near_end, axis))
         )
@@ -211,7 +215,7 @@ def box_cylinder(box_centre, orientation, core, edge_radius, middle, axis, cylin
         return nothing
     extent = abs(dot(along, axis)) + abs(dot(b, axis)) + abs(dot(c, axis))
     depth = half_length + extent - abs(dot(centre, axis))
-    if depth < area / length:
+    if depth * length < area:
         width = 2.0 * max(norm(along), norm(b), norm(c))
         return pushed_by_end(
             centre, middle, axis, cylinder_radius, half_length, depth, min(width, area / length)
@@ -237,6 +241,12 @@ def pushed_by_end(centre, middle, axis, cylinder_radius, half_length, depth, wid
     distance = norm(radial)
     inside = scaled(radial, min(1.0, cylinder_radius / distance)) if distance > TINY else radial
     return depth * width, width, normal, plus(add(middle, inside), half_length, normal)
+
+
+@inner
+def is_straight(first, last):
+    """Whether the nearest point stays on a face, or on one edge of it, between two places of a section: no kink."""
+    return first == last or (abs(first) < 1.0 and abs(last) < 1.0)
 
 
 @inner
