@@ -87,8 +87,10 @@ def hertz_point(pair, overlap, radius):
 
 @inner
 def linear_point(pair, overlap, radius):  # noqa: ARG001 - one signature for all laws
-    """The same of a linear spring-dashpot."""
-    return pair.normal_stiffness * overlap, pair.normal_stiffness, pair.tangential_stiffness, pair.damping
+    """The same of a linear spring-dashpot; no stiffness where nothing touches."""
+    touches = 1.0 if overlap > 0.0 else 0.0
+    stiffness = touches * pair.normal_stiffness
+    return stiffness * overlap, stiffness, touches * pair.tangential_stiffness, pair.damping
 
 
 @inner

@@ -26,7 +26,6 @@ from beltsim.solver.shapes import (
     sphere_box,
     sphere_cylinder,
     sphere_plane,
-    sphere_sphere,
 )
 from beltsim.solver.state import LinearLaws
 from beltsim.solver.vectors import add, at, at4, axis_z, cross, dot, norm, put, scaled, sub
@@ -89,27 +88,45 @@ def forget(contacts, k):
 
 
 @inner
-def point_contact(contacts, k, overlap, normal, radius, mass, law, relative, spins, arms, time_step):
-    """Loads and history of a touching pair k of rounded surfaces.
+def point_loads(law, overlap, radius, mass, normal, relative, spins, arms, history, time_step):
+    """Loads and new history of a contact of rounded surfaces; nothing but zeros where the overlap is zero.
 
-    `relative` is the surface velocity of the first against the second, `spins` and `arms` those of both bodies, from
-    their centres to the contact point.
+    Parameters
+    ----------
+    relative : (3,) surface velocity of the first against the second
+    spins, arms : of both bodies, arms from their centres to the contact point
+    history : (spring force (3,), tangential stiffness, rolling moment (3,)) of the step before
+
+    Returns
+    -------
+    force on the first, torque on the first, torque on the second, new history
     """
+    spring, old, rolling = history
     elastic, stiffness, shear_stiffness, damping = point_law(law, overlap, radius)
-    friction, rolling_friction = law.friction, law.rolling_friction
     normal_force = damped_normal(elastic, stiffness, damping, mass, -dot(relative, normal))
-    bound = friction * max(normal_force, 0.0)
-    force = scaled(normal, normal_force)
-    force = touch(contacts, k, force, normal, shear_stiffness, damping, mass, bound, relative, time_step)
-    moment = NONE
-    if rolling_friction > 0.0:
-        arm = rolling_friction * radius
-        old = at(contacts.rolling, k)
-        spin = sub(spins[0], spins[1])
-        moment = rolling_moment(old, spin, normal, time_step, stiffness, arm, arm * max(normal_force, 0.0))
-        put(contacts.rolling, k, moment)
+    pressed = max(normal_force, 0.0)
+    tangential, spring = friction_force(
+        relative, normal, time_step, spring, old, shear_stiffness, damping, mass, law.friction * pressed
+    )
+    arm = law.rolling_friction * radius
+    spin = sub(spins[0], spins[1])
+    moment = rolling_moment(rolling, spin, normal, time_step, stiffness, arm, arm * pressed)
+    force = add(scaled(normal, normal_force), tangential)
     torque_1 = add(cross(arms[0], force), moment)
     torque_2 = sub(cross(force, arms[1]), moment)
+    return force, torque_1, torque_2, (spring, shear_stiffness, moment)
+
+
+@inner
+def point_contact(contacts, k, overlap, normal, radius, mass, law, relative, spins, arms, time_step):
+    """Loads and history of a touching pair k of rounded surfaces; see `point_loads`."""
+    history = (at(contacts.spring, k), contacts.stiffness[k], at(contacts.rolling, k))
+    force, torque_1, torque_2, history = point_loads(
+        law, overlap, radius, mass, normal, relative, spins, arms, history, time_step
+    )
+    put(contacts.spring, k, history[0])
+    contacts.stiffness[k] = history[1]
+    put(contacts.rolling, k, history[2])
     put_loads(contacts.loads, k, force, torque_1, torque_2)
 
 
@@ -136,40 +153,6 @@ def reduced_mass(mass, mobility, i, j):
 def surface(velocity, spin, arm):
     """Velocity of a body's material point at `arm` from its centre."""
     return add(velocity, cross(spin, arm))
-
-
-@kernel
-def sphere_sphere_pass(particles, shapes, laws, contacts, time_step):
-    """Contacts between spheres."""
-    position, velocity, spin = particles.position, particles.velocity, particles.angular_velocity
-    mass, mobility, radius, material = particles.mass, particles.mobility, shapes.radius, shapes.material
-    first, second, overlaps = contacts.first, contacts.second, contacts.overlap
-    for k in range(first.size):
-        i, j = first[k], second[k]
-        overlap, normal = sphere_sphere(at(position, i), radius[i], at(position, j), radius[j])
-        overlaps[k] = overlap
-        if overlap <= 0.0:
-            if contacts.stiffness[k] > 0.0:
-                forget(contacts, k)
-            continue
-        # The point halfway into the overlap, so that both arms add up to the distance of the centres.
-        arm_i = scaled(normal, 0.5 * overlap - radius[i])
-        arm_j = scaled(normal, radius[j] - 0.5 * overlap)
-        spin_i, spin_j = at(spin, i), at(spin, j)
-        relative = sub(surface(at(velocity, i), spin_i, arm_i), surface(at(velocity, j), spin_j, arm_j))
-        point_contact(
-            contacts,
-            k,
-            overlap,
-            normal,
-            radius[i] * radius[j] / (radius[i] + radius[j]),
-            reduced_mass(mass, mobility, i, j),
-            law_of(laws, material[i], material[j]),
-            relative,
-            (spin_i, spin_j),
-            (arm_i, arm_j),
-            time_step,
-        )
 
 
 @kernel

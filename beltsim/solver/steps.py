@@ -19,7 +19,6 @@ from beltsim.solver.contacts import (
     box_cylinder_pass,
     sphere_box_pass,
     sphere_part_pass,
-    sphere_sphere_pass,
 )
 from beltsim.solver.jit import inner, kernel, vector_kernel
 from beltsim.solver.motion import (
@@ -30,6 +29,7 @@ from beltsim.solver.motion import (
     push_parts,
     sum_part_loads,
 )
+from beltsim.solver.sphere_contacts import sphere_sphere_pass
 from beltsim.solver.state import Array
 from beltsim.solver.vectors import (
     add,
