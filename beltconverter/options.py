@@ -55,7 +55,7 @@ OPTIONS = [
         "--open/--endless",
         "is_open",
         default=None,
-        help="State which the belt is; refused if the mesh disagrees.",
+        help="State which the belt is; refused if the mesh disagrees. Default: as the mesh is.",
     ),
     _choice(
         "--cells",
@@ -216,14 +216,20 @@ OPTIONS = [
         "--thickness", "length", "Thickness of the belt, m. Default: 10 mm, or that of the solid with --cell."
     ),
     _quantity("--mass-per-area", "mass per area", "Mass of the belt, kg/m2. Default: 11."),
-    _quantity("--density", "density", "Instead of the mass per area, kg/m3."),
+    _quantity(
+        "--density", "density", "Instead of the mass per area, kg/m3. Default: 11 kg/m2 over the thickness."
+    ),
     _quantity(
         "--tensile-stiffness",
         "tensile stiffness",
         "Tensile stiffness along per width, N/mm. Default: 400 MPa x thickness.",
     ),
     _quantity("--youngs-modulus", "pressure", "Instead of the tensile stiffness, Pa. Default: 400 MPa."),
-    _quantity("--bending-stiffness", "bending stiffness", "Bending stiffness along per width, N m."),
+    _quantity(
+        "--bending-stiffness",
+        "bending stiffness",
+        "Bending stiffness along per width, N m. Default: by the reduction factor.",
+    ),
     _quantity(
         "--reduction-factor",
         "ratio",
@@ -233,8 +239,12 @@ OPTIONS = [
     _quantity(
         "--tensile-stiffness-transverse", "tensile stiffness", "Across, N/mm. Default: 0.3 of that along."
     ),
-    _quantity("--youngs-modulus-transverse", "pressure", "Instead, Pa."),
-    _quantity("--bending-stiffness-transverse", "bending stiffness", "Across, N m."),
+    _quantity("--youngs-modulus-transverse", "pressure", "Instead, Pa. Default: 0.3 of that along."),
+    _quantity(
+        "--bending-stiffness-transverse",
+        "bending stiffness",
+        "Across, N m. Default: by the reduction factor across.",
+    ),
     _quantity(
         "--reduction-factor-transverse",
         "ratio",
@@ -278,7 +288,7 @@ OPTIONS = [
     ),
     _quantity("--tensile-strength-transverse", "tensile stiffness", "Across, N/mm. Default: that along."),
     _quantity("--shear-strength", "pressure", "Shear stress at which bonds break, Pa. Default: unbreakable."),
-    _quantity("--bond-radius", "length", "Round bonds of this radius, m, instead of the belt's section."),
+    _quantity("--bond-radius", "length", "Round bonds of this radius, m. Default: the belt's section."),
 ]
 
 
