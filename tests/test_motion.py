@@ -338,13 +338,15 @@ def test_a_motion_of_one_step_ends_with_it():
 
 def test_a_fixed_particle_stays_where_it_is():
     deck = scenes.case(time_step=1e-4, gravity=(0.0, 0.0, -9.81))
-    scenes.add_spheres(deck, [(0.0, 0.0, 0.0)], radius=0.01, fixed="YES")
+    moving = {"velocity": (1.0, 0.0, 0.0), "spin": (0.0, 0.0, 5.0)}  # which a fixed particle does not follow
+    scenes.add_spheres(deck, [(0.0, 0.0, 0.0)], radius=0.01, fixed="YES", **moving)
     scenes.add_spheres(deck, [(0.0, 0.0, 0.0199)], radius=0.01, name="falling")
     state = scenes.start(deck)
     scenes.advance(state, 1000)
     held = scenes.slot(state, 1)
     assert not scenes.particles(state).position[:, held].any()
     assert not scenes.particles(state).velocity[:, held].any()
+    assert scenes.particles(state).orientation[:, held].tolist() == [1.0, 0.0, 0.0, 0.0]
 
 
 def test_free_rollers_turn_on_through_the_next_step():

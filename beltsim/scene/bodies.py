@@ -189,10 +189,13 @@ def world_momentum(particles: Particles) -> np.ndarray:
 
 
 def hold_fixed(population: Population) -> None:
-    """Take the mobility of particles whose type is FIXED."""
+    """Take the mobility and the initial velocity of particles whose type is FIXED."""
     fixed = np.array([body.fixed != "NO" for body in population.bodies], bool)
     if population.count:
-        population.particles.mobility[:, fixed[population.species]] = 0.0
+        held, particles = fixed[population.species], population.particles
+        for array in (particles.mobility, particles.velocity, particles.angular_velocity):
+            array[:, held] = 0.0
+        particles.angular_momentum[:, held] = 0.0
 
 
 def unique(deck: Deck, keyword: str) -> list[Block]:
