@@ -17,6 +17,7 @@ from beltsim.lists import (
     carry,
     make_lists,
     skin_of,
+    with_surfaces,
 )
 from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE
@@ -211,7 +212,7 @@ def solver_arguments(state: State, time_step: float | None = None) -> tuple:
         scene.laws,
         belt,
         scene.strength,
-        tuple(state.lists),
+        with_surfaces(state.lists, scene.machinery.walls),
         scene.machinery.parts,
         (stage.spins, stage.slides, scene.amplitudes),
         stage.given,
@@ -306,7 +307,7 @@ def of_walls(state: State, slot: int, parts: np.ndarray) -> list[tuple[float, st
         if family is not None:
             pairs = np.flatnonzero(family.contacts.first == slot)
             force = np.linalg.norm(family.contacts.loads[:3, pairs], axis=0)
-            names = parts[part_of(family)[pairs]]
+            names = parts[part_of(family, state.scene.machinery.walls)[pairs]]
             found += [(float(size), f"contact with part {name}") for size, name in zip(force, names)]
     return found
 

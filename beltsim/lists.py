@@ -130,7 +130,7 @@ def make_lists(
     if families.walls:
         near_walls = list_walls(particles, shapes, parts, part_group, *walls, skin, chosen)
     if families.points:
-        near_points = list_points(particles, shapes, parts, near_walls, skin)
+        near_points = list_points(particles, shapes, parts, walls[0], near_walls, skin)
     return Lists(
         indexed(among(sphere_grid, True), True) if families.spheres else None,
         indexed(on_boxes, True) if on_boxes is not None else None,
@@ -144,11 +144,20 @@ def make_lists(
     )
 
 
+def with_surfaces(lists: Lists, walls: Walls) -> tuple:
+    """The lists as the steps take them: those of walls bring the triangles, which no checkpoint needs."""
+    families = lists._asdict()
+    for name in ("walls", "points"):
+        if families[name] is not None:
+            families[name] = (*families[name], walls)
+    return tuple(families.values())
+
+
 def carry(new: Lists, old: Lists, origin: np.ndarray, parts: int) -> None:
     """Copy contact history from the old lists; `origin` is the old slot of each particle, -1 for new ones."""
     same_part = np.arange(parts, dtype=np.int64)
     if new.walls is not None:
-        carry_walls(new.walls, old.walls, origin, parts)
+        carry_walls(new.walls, old.walls, origin)
     if new.points is not None:
         carry_points(new.points, old.points, origin)
     for name in ("spheres", "boxes", "box_boxes", "sphere_parts", "box_parts"):

@@ -19,7 +19,6 @@ class ListedWalls(NamedTuple):
     contacts: Contacts
     loads: Loads
     feelers: Feelers
-    walls: Walls
 
 
 class ListedPoints(NamedTuple):
@@ -27,8 +26,6 @@ class ListedPoints(NamedTuple):
 
     contacts: Contacts
     loads: Loads
-    walls: Walls
-    part: np.ndarray  # (q,) int32, of each point
 
 
 def feelers_of(spheres: np.ndarray, boxes: np.ndarray, shapes: Shapes) -> Feelers:
@@ -59,36 +56,34 @@ def list_walls(
         particles.position, shapes, feelers, walls, tree, parts, part_group, skin
     )
     loads = sort_loads(particles.mass.size, first, second, False)
-    return ListedWalls(empty_contacts(start, first, second), loads, feelers, walls)
+    return ListedWalls(empty_contacts(start, first, second), loads, feelers)
 
 
 def list_points(
-    particles: Particles, shapes: Shapes, parts: Parts, near: ListedWalls, skin: float
+    particles: Particles, shapes: Shapes, parts: Parts, walls: Walls, near: ListedWalls, skin: float
 ) -> ListedPoints:
     """Pairs of boxes and points of the walls near them."""
-    walls = near.walls
     start, second = point_pairs(particles.position, shapes, near.feelers, near.contacts, walls, parts, skin)
     first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
     loads = sort_loads(particles.mass.size, first, second, False)
-    part = np.repeat(walls.part, np.diff(walls.point_start))
-    return ListedPoints(empty_contacts(start, first, second), loads, walls, part)
+    return ListedPoints(empty_contacts(start, first, second), loads)
 
 
-def part_of_pairs(near: ListedWalls) -> np.ndarray:
+def part_of_pairs(near: ListedWalls, walls: Walls) -> np.ndarray:
     """Part (pairs,) of the wall of each pair: of a triangle, or beyond those a plane."""
-    triangles, second = near.walls.part.size, near.contacts.second
+    triangles, second = walls.part.size, near.contacts.second
     planes = np.arange(int(second.max(initial=0)) + 1 - triangles) if second.size else np.zeros(0, int)
-    return np.concatenate([near.walls.part, planes])[second].astype(np.int64)
+    return np.concatenate([walls.part, planes])[second].astype(np.int64)
 
 
-def part_of_points(near: ListedPoints) -> np.ndarray:
+def part_of_points(near: ListedPoints, walls: Walls) -> np.ndarray:
     """Part (pairs,) of the point of each pair."""
-    return near.part[near.contacts.second]
+    return walls.point_part[near.contacts.second]
 
 
-def carry_walls(new: ListedWalls, old: ListedWalls, origin: np.ndarray, parts: int) -> None:
+def carry_walls(new: ListedWalls, old: ListedWalls, origin: np.ndarray) -> None:
     """Copy contact history from the old list; `origin` is the old slot of each particle, -1 for new ones."""
-    same = np.arange(new.walls.part.size + parts, dtype=np.int64)
+    same = np.arange(int(new.contacts.second.max(initial=0)) + 1, dtype=np.int64)
     rows = row_origin(new.feelers.particle, old.feelers.particle, origin)
     carry_history(new.contacts, old.contacts, new.contacts.second, old.contacts.second, rows, same)
 
@@ -106,5 +101,5 @@ def row_origin(new: np.ndarray, old: np.ndarray, origin: np.ndarray) -> np.ndarr
 
 def carry_points(new: ListedPoints, old: ListedPoints, origin: np.ndarray) -> None:
     """Copy contact history from the old list, likewise."""
-    same = np.arange(new.walls.point.shape[1], dtype=np.int64)
+    same = np.arange(int(new.contacts.second.max(initial=0)) + 1, dtype=np.int64)
     carry_history(new.contacts, old.contacts, new.contacts.second, old.contacts.second, origin, same)

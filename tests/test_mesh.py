@@ -97,7 +97,7 @@ def spheres_at(position, radius):
 
 def search(position, radius, meshes, parts, skin):
     """Pairs (sphere, triangle) as the solver lists them."""
-    walls, tree = walls_of(meshes, len(meshes), 0.0)
+    walls, tree = walls_of(meshes, 0.0)
     shapes, feelers = spheres_at(position, radius)
     group = np.zeros(len(meshes), np.int32)
     columns = np.ascontiguousarray(position.T)

@@ -82,7 +82,7 @@ def machinery_of(deck: Deck, population: Population, materials: Materials, group
     )
     for mesh in meshes:
         parts.radius[mesh.part] = np.linalg.norm(mesh.vertices, axis=1).max()
-    walls, tree = walls_of(meshes, count, point_spacing(population))
+    walls, tree = walls_of(meshes, point_spacing(population))
     return Machinery(info, parts, column(6, dtype=np.int32), meshes, walls, tree)
 
 
@@ -207,7 +207,6 @@ def drives_of(
     parts = machinery.parts
     velocity, spin = parts.velocity.copy(), parts.angular_velocity.copy()
     parts.velocity[:], parts.angular_velocity[:] = 0.0, 0.0
-    machinery.walls.slips[:] = 0.0
     for block in deck.blocks("MOTION"):
         if acts_in(block, step_name):
             for part in parts_of_motion(block, machinery):
@@ -296,7 +295,6 @@ def _surface_velocity(block, part, machinery, spins, slides, table):  # noqa: AR
         normal = np.array(axis_z(tuple(machinery.parts.orientation[:, part])))
         velocity = velocity - np.dot(velocity, normal) * normal
     machinery.parts.velocity[:, part] = velocity
-    machinery.walls.slips[part] = 1.0
     slides.moves[part] = 0.0
 
 

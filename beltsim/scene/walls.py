@@ -30,7 +30,7 @@ def in_search_order(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return triangles[cKDTree(vertices[triangles].mean(axis=1), leafsize=LEAF).indices]
 
 
-def walls_of(meshes: list[Mesh], parts: int, spacing: float) -> tuple[Walls, WallTree]:
+def walls_of(meshes: list[Mesh], spacing: float) -> tuple[Walls, WallTree]:
     """All meshes in one; points of folds and rims stand at most `spacing` [m] apart, none if that is 0."""
     vertices, triangles, shift = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], 0
     for mesh in meshes:
@@ -51,7 +51,7 @@ def walls_of(meshes: list[Mesh], parts: int, spacing: float) -> tuple[Walls, Wal
         alike=alike(normals(vertex, triangle), beside_start, beside),
         point_start=point_start,
         point=np.ascontiguousarray(point.T),
-        slips=np.zeros(parts),
+        point_part=np.repeat(part, np.diff(point_start)).astype(np.int32),
     )
     return walls, tree_of(meshes)
 

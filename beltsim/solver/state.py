@@ -148,7 +148,7 @@ class Walls(NamedTuple):
     alike: Array  # bool, of each neighbour: both lie so nearly in one plane that they count as one face
     point_start: Array  # (t + 1,) int64, as beside_start
     point: Array  # (3, q) m, points of folds and rims that may poke into a box, each at one triangle
-    slips: Array  # (p,) 1 for a part whose velocity is that of its surface only
+    point_part: Array  # (q,) int32
 
 
 class WallTree(NamedTuple):

@@ -296,7 +296,7 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
     if belt is not None:
         bonds, runs, kinds = belt
         bond_pass(particles, bonds, runs, kinds, strength, clock.step)
-    find_contact_forces(particles, shapes, laws, *lists, parts, clock.time_step)
+    find_contact_forces(particles, shapes, laws, *lists, parts, drives[1].moves, clock.time_step)
     if given is not None:
         add_given_loads(particles, given, drives[2], clock.start + clock.step * clock.time_step)
 
@@ -314,19 +314,20 @@ def find_contact_forces(
     points,
     box_boxes,
     parts,
+    moves,
     time_step,
 ):
     """Loads of all contacts."""
     if walls is not None:
         contacts, index, feelers, surfaces = walls
-        wall_pass(particles, shapes, laws, contacts, feelers, surfaces, parts, time_step)
+        wall_pass(particles, shapes, laws, contacts, feelers, surfaces, parts, moves, time_step)
         sum_loads(particles, contacts.loads, index)
         sum_wall_loads(parts, contacts, surfaces)
     if points is not None:
-        contacts, index, surfaces, point_part = points
-        wall_point_pass(particles, shapes, laws, contacts, surfaces, point_part, parts, time_step)
+        contacts, index, surfaces = points
+        wall_point_pass(particles, shapes, laws, contacts, surfaces, parts, moves, time_step)
         sum_loads(particles, contacts.loads, index)
-        sum_point_loads(parts, contacts, point_part)
+        sum_point_loads(parts, contacts, surfaces)
     if box_boxes is not None:
         contacts, index = box_boxes
         box_box_pass(particles, shapes, laws, contacts, time_step)

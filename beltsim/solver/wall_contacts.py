@@ -43,8 +43,11 @@ SAME_POINT = 1e-3  # of the ball's radius: T-joints meet within the tolerance of
 
 
 @kernel
-def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, time_step):
-    """Contacts of feelers with walls; rows of `contacts` are feelers. `beside[0]` holds who carries."""
+def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
+    """Contacts of feelers with walls; rows of `contacts` are feelers. `beside[0]` holds who carries.
+
+    `moves` (p,) is 0 for a part whose velocity is that of its surface only.
+    """
     particle, start = feelers.particle, contacts.start
     rows = particle.size
     row = 0
@@ -56,9 +59,12 @@ def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, time_ste
             for r in range(row, after):
                 find_carriers(particles, shapes, contacts, feelers, walls, parts, r)
             if after - row == 1:
-                sphere_on_walls(particles, shapes, laws, contacts, walls, parts, row, time_step)
+                sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row, time_step)
             else:
-                box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, row, after, time_step)
+                rows_of_box = row, after
+                box_on_walls(
+                    particles, shapes, laws, contacts, feelers, walls, parts, moves, rows_of_box, time_step
+                )
         row = after
 
 
@@ -159,16 +165,16 @@ def inherit_from_beside(contacts, walls, carries, k, begin, end):
 
 
 @inner
-def wall_velocity(parts, walls, p, arm, normal):
+def wall_velocity(parts, moves, p, arm, normal):
     """Velocity of the surface of part p at `arm` from its centre; a belt that only runs runs along itself."""
     velocity = at(parts.velocity, p)
-    if walls.slips[p] != 0.0:
+    if moves[p] == 0.0:
         velocity = across(velocity, normal)
     return surface(velocity, at(parts.angular_velocity, p), arm)
 
 
 @inner
-def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, row, time_step):
+def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row, time_step):
     """Loads of a sphere on the walls that carry it."""
     for k in range(contacts.start[row], contacts.start[row + 1]):
         if not contacts.beside[0, k]:
@@ -181,7 +187,7 @@ def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, row, time_s
         arm_p = sub(add(centre, arm), at(parts.position, p))
         spin = at(particles.angular_velocity, i)
         relative = sub(
-            surface(at(particles.velocity, i), spin, arm), wall_velocity(parts, walls, p, arm_p, normal)
+            surface(at(particles.velocity, i), spin, arm), wall_velocity(parts, moves, p, arm_p, normal)
         )
         point_contact(
             contacts,
@@ -216,12 +222,14 @@ def moved_mass(particles, i, arm, normal):
 
 
 @inner
-def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, row, after, time_step):
+def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, rows, time_step):
     """Loads of a box on the walls that carry its corners.
 
     The damping of all corners together is that of one spring: the mass that counts is the one at the middle of the
     corners' stiffness, shared out by stiffness. So a box that falls flat rebounds as given, and so does one on an edge.
     """
+    row, after = rows
+    row, after = rows
     i = feelers.particle[row]
     radius, side = shapes.radius[i], face_side(at(shapes.core, i), shapes.radius[i])
     total, moment = 0.0, NONE
@@ -260,20 +268,20 @@ def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, row, 
                     normal,
                     (radius, side, mass),
                     law,
-                    walls,
+                    moves,
                     parts,
                     time_step,
                 )
 
 
 @inner
-def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, law, walls, parts, time_step):
+def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, law, moves, parts, time_step):
     """Loads and history of pair k, a corner of box i on part p at a point. `body` = edge radius, face side, mass."""
     radius, side, mass = body
     arm, arm_p = sub(point, at(particles.position, i)), sub(point, at(parts.position, p))
     relative = sub(
         surface(at(particles.velocity, i), at(particles.angular_velocity, i), arm),
-        wall_velocity(parts, walls, p, arm_p, normal),
+        wall_velocity(parts, moves, p, arm_p, normal),
     )
     elastic, stiffness, shear_stiffness, damping = corner_law(law, overlap, radius, side)
     normal_force = damped_normal(elastic, stiffness, damping, mass, -dot(relative, normal))
@@ -284,11 +292,11 @@ def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, l
 
 
 @kernel
-def wall_point_pass(particles, shapes, laws, contacts, walls, point_part, parts, time_step):
+def wall_point_pass(particles, shapes, laws, contacts, walls, parts, moves, time_step):
     """Contacts of boxes with points of folds and rims; a point pushes as a corner of the box would."""
     for k in range(contacts.first.size):
         i, v = contacts.first[k], contacts.second[k]
-        p = point_part[v]
+        p = walls.point_part[v]
         core, radius = at(shapes.core, i), shapes.radius[i]
         point = add(at(parts.position, p), rotate(at4(parts.orientation, p), at(walls.point, v)))
         overlap, outward = sphere_box(
@@ -312,7 +320,7 @@ def wall_point_pass(particles, shapes, laws, contacts, walls, point_part, parts,
             normal,
             (radius, face_side(core, radius), mass),
             law_of(laws, shapes.material[i], parts.material[p]),
-            walls,
+            moves,
             parts,
             time_step,
         )
@@ -328,12 +336,12 @@ def sum_wall_loads(parts, contacts, walls):
 
 
 @inner
-def sum_point_loads(parts, contacts, point_part):
+def sum_point_loads(parts, contacts, walls):
     """The same for points of folds and rims."""
     loads = contacts.loads
     for k in range(contacts.first.size):
         if contacts.overlap[k] > 0.0:
-            add_to_part(parts, point_part[contacts.second[k]], loads, k)
+            add_to_part(parts, walls.point_part[contacts.second[k]], loads, k)
 
 
 @inner
