@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 import scenes
 
+from beltsim.scene.unbuilt import SceneError
+
 G = 9.81
 DOWN = (0.0, 0.0, -G)
 RADIUS = 0.05
@@ -371,6 +373,16 @@ def test_momentum_goes_from_an_oblique_sphere_into_a_free_box_and_none_is_lost()
     assert scenes.particles(state).angular_velocity[1, 0] > 1.0
     assert after == pytest.approx(before, abs=1e-13)
     assert turned == pytest.approx(turning, abs=1e-14)
+
+
+@pytest.mark.parametrize("size", [(0.05, 0.008, 0.008), (0.008, 0.05, 0.02)])
+def test_a_box_without_a_flat_for_a_roller_is_refused_by_name(size):
+    deck = scenes.case(time_step=1e-5)
+    scenes.add_boxes(deck, [(0.0, 0.0, 1.0)], size=size, edge_radius=0.004, group="belt", name="rod")
+    scenes.start(deck)
+    scenes.add_cylinder(deck, diameter=0.2, length=0.3)
+    with pytest.raises(SceneError, match="rod that is no longer than its rounding"):
+        scenes.start(deck)
 
 
 def test_groups_decide_what_touches():

@@ -8,11 +8,12 @@ import numpy as np
 
 from beltsim import inp
 from beltsim.inp import Block, Deck
-from beltsim.scene.bodies import BOX, SPHERE, Population, populate
+from beltsim.scene.bodies import BOX, CYLINDER, SPHERE, Population, populate
 from beltsim.scene.bonding import Bonding, bonds_of
 from beltsim.scene.machinery import Machinery, amplitudes_of, machinery_of
 from beltsim.scene.touching import Groups, Materials, shapes_of, touching_boxes
 from beltsim.scene.unbuilt import (
+    refuse_rods_on_cylinders,
     refuse_sharp_boxes,
     refuse_sharp_boxes_on_meshes,
     refuse_turned_particles,
@@ -99,6 +100,9 @@ def build(deck: Deck) -> Scene:
     refuse_sharp_boxes_on_meshes(population, groups, meshes)
     refuse_turned_particles(deck, population, slots_of_motion)
     hold_moved_particles(deck, population)
+    machinery = machinery_of(deck, population, materials, groups)
+    cylinders = np.array([part.shape == CYLINDER for part in machinery.info], bool)
+    refuse_rods_on_cylinders(population, groups, machinery.group[cylinders])
     bonding = bonds_of(deck, population)
     amplitudes, tables = amplitudes_of(deck)
     gravity = [block.rows["acceleration"][0] for block in deck.blocks("GRAVITY")]
@@ -111,7 +115,7 @@ def build(deck: Deck) -> Scene:
         groups=groups,
         materials=materials,
         bonding=bonding,
-        machinery=machinery_of(deck, population, materials, groups),
+        machinery=machinery,
         amplitudes=amplitudes,
         tables=tables,
         gravity=np.array(gravity[-1] if gravity else (0.0, 0.0, 0.0), dtype=np.float64),
