@@ -123,6 +123,21 @@ def test_an_unknown_case_is_named(made_up):
     assert "no case Z9" in result.stderr
 
 
+def test_what_could_not_be_written_is_refused_before_the_run(made_up, tmp_path):
+    for arguments, words in (
+        (["-o", str(tmp_path / "none" / "page.md")], "does not exist"),
+        (["-o", str(tmp_path / "page")], "expected a file name"),
+        (["--json", "-o", "-"], "stdout"),
+        (["--only", ","], "expected names"),
+    ):
+        result = made_up.invoke(main, ["verify", *arguments])
+        assert result.exit_code == 2
+        assert words in result.stderr
+        assert "pass" not in result.stderr
+    (tmp_path / "plots").mkdir()
+    assert made_up.invoke(main, ["verify", "-o", str(tmp_path / "plots.md")]).exit_code == 2
+
+
 def test_json_holds_every_row(made_up):
     result = made_up.invoke(main, ["verify", "--json", "-q"])
     assert result.exit_code == 6

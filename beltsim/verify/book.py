@@ -12,11 +12,13 @@ from beltsim.verify import (
     belt_statics,
     belt_waves,
     chung_ooi,
+    chung_ooi_tangential,
     grids,
     impacts,
     invariants,
     pulleys,
     rolling,
+    strings,
 )
 from beltsim.verify.case import Case, Findings, Row
 from beltsim.verify.svg import svg
@@ -24,13 +26,14 @@ from beltsim.verify.svg import svg
 CHAPTERS = {
     "Strips at rest": belt_statics.CASES,
     "Strips that swing": belt_waves.CASES,
+    "Strings": strings.CASES,
     "Large bending": belt_bending.CASES,
     "Hanging belts": belt_sag.CASES,
     "Lattices": grids.CASES,
     "Belts on pulleys": pulleys.CASES,
     "Energy, momenta, breakage": invariants.CASES,
     "Impacts": impacts.CASES,
-    "Benchmarks of Chung and Ooi": chung_ooi.CASES,
+    "Benchmarks of Chung and Ooi": chung_ooi.CASES | chung_ooi_tangential.CASES,
     "Rolling, sliding, sticking": rolling.CASES,
 }
 

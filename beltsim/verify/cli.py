@@ -58,20 +58,16 @@ def verify_command(
     Example:
         beltsim verify --quick -o verification.md
     """  # noqa: D301 - click wants the character itself
-    refuse_existing(output, overwrite=overwrite)
-    from beltsim.verify import book
-
-    names = [name.strip() for name in only.split(",") if name.strip()] if only else None
-    try:
-        cases = book.chosen(names, quick=quick)
-    except KeyError as error:
-        raise UsageProblem(
-            f"--only: no case {error.args[0]}; `beltsim verify --list` names them all"
-        ) from None
+    if as_json and output == "-":
+        raise UsageProblem("--json and -o -: both would go to stdout")
+    refuse_unwritable(output, overwrite)
+    cases = chosen_cases(only, quick)
     if as_list:
         for chapter, name, case in cases:
             click.echo(f"{name:6} {case.title} ({chapter})")
         return
+    from beltsim.verify import book
+
     clock = time.perf_counter()
     outcomes = []
     for outcome in book.run_cases(cases):
@@ -79,20 +75,44 @@ def verify_command(
         say(line_of(outcome), quiet=quiet)
     wall = time.perf_counter() - clock
     written = write(outcomes, output, overwrite) if output or not as_json else []
-    if as_json:
-        click.echo(
-            summary(
-                "ok" if all(o.passed for o in outcomes) else "failed",
-                counts=counts_of(outcomes),
-                timings={"run": wall},
-                outputs=written,
-                cases=[record(o) for o in outcomes],
-            )
-        )
     failed = [outcome.name for outcome in outcomes if not outcome.passed]
+    if as_json:
+        status, cases = "failed" if failed else "ok", [record(outcome) for outcome in outcomes]
+        timings = {"run": wall}
+        click.echo(summary(status, counts=counts_of(outcomes), timings=timings, outputs=written, cases=cases))
     say(f"{len(outcomes)} cases in {wall:.0f} s", quiet=quiet)
     if failed:
         raise Unverified(f"out of tolerance: {', '.join(failed)}")
+
+
+def refuse_unwritable(output: str | None, overwrite: bool) -> None:
+    """Refuse, before minutes of work, what could not be written after them."""
+    refuse_existing(output, overwrite=overwrite)
+    if output is None or output == "-":
+        return
+    target = Path(output)
+    if not target.suffix:
+        raise UsageProblem(
+            f"{output}: expected a file name such as {output}.md; the plots go to the folder {output}"
+        )
+    refuse_existing(target.with_suffix(""), overwrite=overwrite)
+
+
+def chosen_cases(only: str | None, quick: bool) -> list:
+    """The cases that the options ask for."""
+    from beltsim.verify import book
+
+    if only is None:
+        return book.chosen(quick=quick)
+    names = [name.strip() for name in only.split(",") if name.strip()]
+    if not names:
+        raise UsageProblem("--only: expected names of cases, with commas between them")
+    try:
+        return book.chosen(names)
+    except KeyError as error:
+        raise UsageProblem(
+            f"--only: no case {error.args[0]}; `beltsim verify --list` names them all"
+        ) from None
 
 
 def line_of(outcome) -> str:

@@ -65,11 +65,13 @@ class Strip:
         return self.density * self.area
 
 
-def case_deck(*, time_step: float | str = "AUTO", safety: float = 0.8, gravity=None) -> Deck:
+def case_deck(
+    *, time_step: float | str = "AUTO", safety: float = 0.8, gravity=None, integrator: str = "VERLET"
+) -> Deck:
     """A deck with its format, one step and gravity."""
     deck = Deck()
     deck.add("FORMAT", name="BELTSIM", version=1)
-    deck.add("STEP", duration=1.0, time_step=time_step, safety=safety)
+    deck.add("STEP", duration=1.0, time_step=time_step, safety=safety, integrator=integrator)
     if gravity is not None:
         deck.add("GRAVITY", rows={"acceleration": [gravity]})
     return deck
@@ -179,11 +181,12 @@ def line(count: int, pitch: float) -> np.ndarray:
     return np.arange(count)[:, None] * np.array([pitch, 0.0, 0.0])
 
 
-def strip_deck(
-    strip: Strip, *, gravity=None, stretch: float = 1.0, time_step="AUTO", safety: float = 0.8
-) -> Deck:
-    """A straight strip along x from the origin, stretched by a factor against its stress-free state."""
-    deck = case_deck(gravity=gravity, time_step=time_step, safety=safety)
+def strip_deck(strip: Strip, *, stretch: float = 1.0, **case) -> Deck:
+    """A straight strip along x from the origin, stretched by a factor against its stress-free state.
+
+    `case` goes to `case_deck`.
+    """
+    deck = case_deck(**case)
     add_strip(deck, strip, line(strip.bonds + 1, strip.pitch * stretch))
     return deck
 

@@ -88,7 +88,8 @@ def legend(plot: Plot, at_x, at_y) -> list[str]:
     places = np.concatenate([dense(at_x(s.x), at_y(s.y)) for s in plot.series])
 
     def covered(corner):
-        inside = (places > np.array(corner)) & (places < np.array(corner) + [width, height])
+        left, top = corner
+        inside = (places > (left, top)) & (places < (left + width, top + height))
         return int(np.count_nonzero(inside.all(axis=1)))
 
     left, top = min(corners, key=covered)
