@@ -71,7 +71,7 @@ class State:
     families: Families
     bonded: Bonded
     skin: float
-    excluded: Excluded | None = None  # if any boxes may touch one another
+    excluded: Excluded | None = None
     lists: Lists | None = None
     listed: np.ndarray | None = None
     part_travel: np.ndarray | None = None
@@ -97,7 +97,7 @@ def state_of(scene: Scene) -> State:
     skin = skin_of(bounding if bounding.size else source_sizes(scene))
     work = np.zeros(len(scene.machinery.info))
     boxes = of_shape(scene.population, BOX)
-    excluded = excluded_at_start(boxes, bonds) if families.box_boxes else None
+    excluded = excluded_at_start(boxes if families.box_boxes else boxes[:0], bonds, scene.shapes)
     return State(scene, families, bonded_neighbours(count, bonds), skin, excluded, part_work=work)
 
 
@@ -145,8 +145,8 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     chosen = of_shape(population, SPHERE), of_shape(population, BOX)
     if state.bonded.start.size != count + 1 or origin is not None:
         state.bonded = bonded_neighbours(count, scene.bonds)
-    if state.excluded is not None:
-        state.excluded = renewed(state.excluded, chosen[1], scene.bonds, population.particles, scene.shapes)
+    boxes = chosen[1] if state.families.box_boxes else chosen[1][:0]
+    state.excluded = renewed(state.excluded, boxes, scene.bonds, population.particles, scene.shapes)
     machinery = scene.machinery
     new = make_lists(
         population.particles,

@@ -90,27 +90,23 @@ def make_lists(
     skin: float,
     chosen: tuple[np.ndarray, np.ndarray],
     walls: tuple[Walls, WallTree],
-    excluded: Excluded | None,
+    excluded: Excluded,
 ) -> Lists:
     """All lists at the present positions, without history.
 
-    `chosen` = slots of spheres and of boxes; `excluded` = pairs of boxes that do not touch, if any boxes may.
+    `chosen` = slots of spheres and of boxes; `excluded` = pairs that do not touch.
     """
     spheres, boxes = chosen
     position = particles.position
     widest = [float(shapes.bounding[slots].max()) if slots.size else 0.0 for slots in chosen]
     sphere_grid = hash_points(position, spheres, 2.0 * widest[0] + skin)
     box_grid = hash_points(position, boxes, widest[0] + widest[1] + skin)
+    wide_grid = hash_points(position, boxes, 2.0 * widest[1] + skin) if families.box_boxes else None
 
-    def among(grid, half):
-        start, second = particle_pairs(position, shapes, spheres, grid, skin, half, *bonded)
-        first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
-        return empty_contacts(start, first, second)
+    apart = by_particle(excluded, particles.mass.size)
 
-    def among_boxes():
-        grid = hash_points(position, boxes, 2.0 * widest[1] + skin)
-        apart = by_particle(excluded, particles.mass.size)
-        start, second = particle_pairs(position, shapes, boxes, grid, skin, True, *apart)
+    def among(owners, grid, half):
+        start, second = particle_pairs(position, shapes, owners, grid, skin, half, *apart)
         first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
         return empty_contacts(start, first, second)
 
@@ -124,7 +120,7 @@ def make_lists(
 
     on_boxes = None
     if families.spheres and families.boxes:
-        on_boxes = among(box_grid, False)
+        on_boxes = among(spheres, box_grid, False)
         link_neighbours(on_boxes.start, on_boxes.second, *bonded, on_boxes.beside)
     near_walls = near_points = None
     if families.walls:
@@ -132,7 +128,7 @@ def make_lists(
     if families.points:
         near_points = list_points(particles, shapes, parts, walls[0], near_walls, skin)
     return Lists(
-        indexed(among(sphere_grid, True), True) if families.spheres else None,
+        indexed(among(spheres, sphere_grid, True), True) if families.spheres else None,
         indexed(on_boxes, True) if on_boxes is not None else None,
         indexed(with_parts(spheres, sphere_grid, True), False)
         if families.spheres and families.parts
@@ -140,7 +136,7 @@ def make_lists(
         indexed(with_parts(boxes, box_grid, False), False) if families.boxes and families.parts else None,
         near_walls,
         near_points,
-        indexed(among_boxes(), True) if families.box_boxes else None,
+        indexed(among(boxes, wide_grid, True), True) if families.box_boxes else None,
     )
 
 

@@ -447,3 +447,21 @@ def test_sharp_boxes_that_may_touch_are_refused_and_others_not():
     deck = scenes.case(time_step=1e-5)
     scenes.add_boxes(deck, [(0, 0, 0), (0.1, 0, 0)], size=CELL, edge_radius=0.0, name="sharp", group="belt")
     build(deck)
+
+
+def test_broken_spheres_touch_again_only_after_they_have_been_apart():
+    deck = scenes.case(time_step=2e-6, restitution=1.0)
+    places = np.array([(0.0, 0.0, 0.0), (0.015, 0.0, 0.0)])
+    ids = scenes.add_spheres(deck, places, radius=0.01, velocity=[(-0.5, 0.0, 0.0), (0.5, 0.0, 0.0)])
+    bond_rows(deck, ids.reshape(2, 1), dict(zip(ids.tolist(), places)), name="weak", strength=1e3)
+    state = scenes.start(deck)
+    scenes.advance(state, 500)
+    p = scenes.particles(state)
+    assert not np.any(state.scene.bonds.intact)
+    speed = p.velocity[0, 1]
+    assert speed == pytest.approx(0.5, abs=0.01)  # an overlap of 5 mm pushes nobody
+    scenes.advance(state, 5000)
+    assert np.diff(p.position[0])[0] > 0.02
+    p.velocity[:] *= -1.0
+    scenes.advance(state, 9000)
+    assert p.velocity[0] == pytest.approx([-speed, speed], rel=1e-3)

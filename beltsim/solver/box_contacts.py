@@ -17,6 +17,7 @@ from beltsim.solver.box_box import box_box, face_area, thinnest
 from beltsim.solver.contact import face_law
 from beltsim.solver.contacts import NONE, forget, law_of, put_loads, reduced_mass, surface, touch
 from beltsim.solver.jit import inner, kernel
+from beltsim.solver.shapes import sphere_box
 from beltsim.solver.vectors import add, at, at4, cross, dot, norm, plus, scaled, sub
 
 
@@ -105,17 +106,22 @@ def box_energies(particles, shapes, laws, first, second):
 
 
 @kernel
-def boxes_overlap(particles, shapes, first, second):
-    """Which pairs of boxes touch or overlap, (pairs,) bool."""
+def pairs_overlap(particles, shapes, first, second):
+    """Which pairs of boxes and spheres touch or overlap, (pairs,) bool."""
     overlap = np.zeros(first.size, np.bool_)
+    radius = shapes.radius
     for k in range(first.size):
         i, j = first[k], second[k]
-        _, _, _, area, _ = box_box(
-            body_of(particles, i), at(shapes.core, i), shapes.radius[i],
-            body_of(particles, j), at(shapes.core, j), shapes.radius[j],
-        )  # fmt: skip
-        overlap[k] = area > 0.0
+        core_i, core_j = at(shapes.core, i), at(shapes.core, j)
+        body_i, body_j = body_of(particles, i), body_of(particles, j)
+        if max(core_i) == 0.0:
+            depth, _ = sphere_box(body_i[0], radius[i], body_j[0], body_j[1], core_j, radius[j])
+        elif max(core_j) == 0.0:
+            depth, _ = sphere_box(body_j[0], radius[j], body_i[0], body_i[1], core_i, radius[i])
+        else:
+            _, _, _, depth, _ = box_box(body_i, core_i, radius[i], body_j, core_j, radius[j])
+        overlap[k] = depth > 0.0
     return overlap
 
 
-__all__ = ["box_box_pass", "box_energies", "boxes_overlap"]
+__all__ = ["box_box_pass", "box_energies", "pairs_overlap"]

@@ -45,7 +45,7 @@ def particle_pairs(position, shapes, owners, grid, skin, half, bonded_start, bon
     ----------
     owners : (n,) int32 ascending; row i of the result belongs to particle i, empty for others
     half : the members are the owners themselves: list each pair once, at the lower particle
-    bonded_start, bonded : neighbours by intact or once intact bonds, which never touch
+    bonded_start, bonded : whom each particle must not touch (`beltsim.exclusions`)
 
     Returns
     -------
