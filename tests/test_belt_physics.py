@@ -342,6 +342,46 @@ def test_a_turned_scene_gives_turned_results():
     np.testing.assert_allclose(position_of(turned), turn.apply(position_of(plain)), atol=1e-10)
 
 
+def test_a_strip_that_flies_at_20_metres_a_second_bends_like_one_at_rest():
+    velocity = crooked_velocity(11, 0.3)
+    states = []
+    for boost in ([0.0, 0.0, 0.0], [20.0, 0.0, 0.0]):
+        states.append(start(strip_deck(STRIP, time_step=1e-4), velocity=np.add(velocity, boost)))
+        advance_by(states[-1], 5000)
+    places = [position_of(state) - position_of(state).mean(axis=0) for state in states]
+    np.testing.assert_allclose(places[1], places[0], atol=1e-10)  # 10 m from the origin: 2e-15 m a step
+
+
+def scaled_run(length=1.0, young=1.0, time_step=1e-4):
+    """Places after 500 steps of a strip with its lengths, stiffness and step scaled, in units of the length."""
+    strip = Strip(
+        bonds=8,
+        length=length,
+        width=0.125 * length,
+        thickness=length / 64,
+        young=young * 2.0**26,
+        poisson=0.25,
+    )
+    # Speeds scale with the root of the stiffness, and spins with speed over length.
+    speed = math.sqrt(young)
+    velocity, spin = speed * crooked_velocity(9, 0.5), speed / length * crooked_velocity(9, 5.0, 5)
+    state = start(strip_deck(strip, time_step=time_step), velocity=velocity, spin=spin)
+    advance_by(state, 500)
+    return position_of(state) / length
+
+
+@pytest.mark.parametrize("power", [-20, 10])
+def test_a_strip_of_another_size_gives_the_same_bits(power):
+    # Mass grows with the cube of the size and the step with the size: no length is written into the code.
+    size = 2.0**power
+    np.testing.assert_array_equal(scaled_run(length=size, time_step=1e-4 * size), scaled_run())
+
+
+@pytest.mark.parametrize("power", [-3, 6])
+def test_a_stiffer_strip_in_shorter_steps_gives_the_same_bits(power):
+    np.testing.assert_array_equal(scaled_run(young=4.0**power, time_step=1e-4 / 2.0**power), scaled_run())
+
+
 def test_the_same_run_gives_the_same_bits():
     states = [start(strip_deck(STRIP), velocity=crooked_velocity(11, 0.3)) for _ in range(2)]
     advance_by(states[0], 1000)
