@@ -45,7 +45,7 @@ _LENGTH = _number("LENGTH", "length", "outer length (cylinder)")
 _EDGE_RADIUS = _number(
     "EDGE RADIUS",
     "length",
-    "rounding inside the outer size, at most half the least",
+    "rounding inside the outer size, at most half the least; of two boxes that may touch each other one needs it",
     NOT_NEGATIVE,
     default=0.0,
 )
@@ -117,7 +117,11 @@ _MATERIALS = (
                 NOT_NEGATIVE,
                 default=0.0,
             ),
-            _number("NORMAL STIFFNESS", "stiffness", "normal stiffness, for *CONTACT MODEL, TYPE=LINEAR"),
+            _number(
+                "NORMAL STIFFNESS",
+                "stiffness",
+                "normal stiffness of a point, of a whole line or of a whole face, for *CONTACT MODEL, TYPE=LINEAR",
+            ),
             _number(
                 "TANGENTIAL STIFFNESS", "stiffness", "tangential stiffness, for *CONTACT MODEL, TYPE=LINEAR"
             ),
@@ -142,7 +146,9 @@ _MATERIALS = (
     Keyword(
         "CONTACT GROUP",
         "A group of particles or parts. Particles of one group, and groups of one BELT, do not touch unless a "
-        "*CONTACT GROUP PAIR says YES; those of different belts touch; bonded pairs never touch.",
+        "*CONTACT GROUP PAIR says YES; those of different belts touch. Bonded pairs never touch, nor do rounded boxes "
+        "with up to three bonds from one to the other; once their bonds are broken they touch after they have been "
+        "apart.",
         (
             _name("name of the group"),
             Parameter("BELT", "name", "the belt to which the group belongs"),
