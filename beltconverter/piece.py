@@ -43,16 +43,47 @@ class Grid(NamedTuple):
 
 def solve(mesh: Mesh, edges: Edges, cells: str, warnings: list[str]) -> Grid:
     """Proven grid of one piece; `NotABelt` names what stands against it."""
+    try:
+        return _solve_parted(mesh, edges, cells, warnings)
+    except NotABelt as refusal:
+        if refusal.cause != "solid" and _is_nearly_closed(mesh, edges):
+            raise _solid(mesh, "a border as small as a few missing facets") from None
+        raise
+
+
+def _solve_parted(mesh: Mesh, edges: Edges, cells: str, warnings: list[str]) -> Grid:
+    """Grid of the piece as it is, else with a node of its own for each fan of facets."""
+    parted = None
     if not is_pinched(edges):
         try:
             return _solve(mesh, edges, cells, warnings)
-        except NotABelt as refusal:
+        except NotABelt:
             parted = split_fans(mesh, edges)
             if len(parted.points) == len(mesh.points):
-                raise refusal from None
-    else:
-        parted = split_fans(mesh, edges)
+                raise
+    parted = parted or split_fans(mesh, edges)
     return _solve(parted, edges_of(parted), cells, warnings)
+
+
+def _is_nearly_closed(mesh: Mesh, edges: Edges) -> bool:
+    """Whether the border is short: below a fifth of the root of the area.
+
+    Twice the root is the least of an open belt; of an endless belt a fifth is that of one a hundred times as wide
+    as long.
+    """
+    corners = mesh.points[mesh.facets]
+    area = np.linalg.norm(np.cross(*np.diff(corners, axis=1).swapaxes(0, 1)), axis=1).sum() / 2
+    border = np.linalg.norm(np.diff(mesh.points[edges.nodes[edges.border]], axis=1), axis=2).sum()
+    return bool(border < 0.2 * math.sqrt(area))
+
+
+def _solid(mesh: Mesh, what: str) -> NotABelt:
+    return NotABelt(
+        "solid",
+        f"the surface has {what}: it is a solid, or a belt whose edges are welded together",
+        "export the mid-surface, or let --cell 50mm make it from the solid",
+        mesh.points.mean(axis=0),
+    )
 
 
 def _solve(mesh: Mesh, edges: Edges, cells: str, warnings: list[str]) -> Grid:
@@ -76,13 +107,7 @@ def _kind(mesh: Mesh, edges: Edges, loops: list[np.ndarray]) -> str:
     sizes = [len(loop) for loop in loops]
     handles = (2 - len(loops) - euler) // 2
     if not loops or handles:
-        what = "no border" if not loops else f"{handles} handle{'s' if handles > 1 else ''}"
-        raise NotABelt(
-            "solid",
-            f"the surface has {what}: it is a solid, or a belt whose edges are welded together",
-            "export the mid-surface, or let --cell 50mm make it from the solid",
-            mesh.points.mean(axis=0),
-        )
+        raise _solid(mesh, f"{handles} handle{'s' if handles > 1 else ''}" if loops else "no border")
     if len(loops) == 1 and euler == 1:
         return "open"
     if len(loops) == 2 and euler == 0 and sizes[0] == sizes[1]:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from .mesh import Mesh
+from .mesh import Mesh, merge_equal
 from .piece import Grid, solve
 from .refusals import NotABelt
 from .topology import cleaned, edges_of, facets_at, pieces, without_slivers
-from .weld import welds
+from .weld import Weld, merged_nodes, welds
 
 
 class Wishes(NamedTuple):
@@ -30,28 +31,32 @@ def recover(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid]:
     """Proven grids in file order; `NotABelt` if any piece of the mesh is none."""
     mesh = cleaned(mesh, warnings)
     try:
-        grids = _with_notes(mesh, wishes, [], warnings)
+        found = Found(mesh, *_grids(mesh, wishes))
     except NotABelt as refusal:
-        grids = _without_slivers(mesh, wishes, warnings) or _welded(mesh, wishes, warnings)
-        if not grids:
+        found = _without_slivers(mesh, wishes) or _welded(mesh, wishes)
+        if not found:
             raise refusal from None
     else:
-        grids = _joined(mesh, grids, wishes, warnings)
-    return [_asserted(_closed(grid, wishes, warnings), wishes) for grid in grids]
+        found = _joined(found, wishes)
+    found = _closed(found, wishes)
+    warnings.extend(found.notes)
+    return [_asserted(grid, wishes) for grid in found.grids]
 
 
-def _grids(mesh: Mesh, wishes: Wishes, notes: list[str]) -> list[Grid]:
-    """Proven grids of a mesh as it is; what is to be said of them goes to `notes`."""
+class Found(NamedTuple):
+    """A mesh as it was repaired, its proven grids, and what is to be said of them."""
+
+    mesh: Mesh
+    grids: list[Grid]
+    notes: list[str]
+
+
+def _grids(mesh: Mesh, wishes: Wishes) -> tuple[list[Grid], list[str]]:
+    """Proven grids of a mesh as it is, and notes."""
+    notes: list[str] = []
     parts = pieces(mesh, edges_of(mesh))
     _refuse_common_nodes(mesh, [part for part, _ in parts])
-    return [solve(part, part_edges, wishes.cells, notes) for part, part_edges in parts]
-
-
-def _with_notes(mesh: Mesh, wishes: Wishes, notes: list[str], warnings: list[str]) -> list[Grid]:
-    """The same; its notes become warnings only if all pieces are proven."""
-    grids = _grids(mesh, wishes, notes)
-    warnings.extend(notes)
-    return grids
+    return [solve(part, part_edges, wishes.cells, notes) for part, part_edges in parts], notes
 
 
 def _refuse_common_nodes(mesh: Mesh, parts: list[Mesh]) -> None:
@@ -64,79 +69,100 @@ def _refuse_common_nodes(mesh: Mesh, parts: list[Mesh]) -> None:
     raise NotABelt("crack", found, remedy, points[np.argmax(uses > 1)])
 
 
-def _without_slivers(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid] | None:
+def _without_slivers(mesh: Mesh, wishes: Wishes) -> Found | None:
     """Grids after leaving out facets without area, if there are any and that helps."""
-    notes: list[str] = []
-    plain = without_slivers(mesh, notes)
+    left_out: list[str] = []
+    plain = without_slivers(mesh, left_out)
     try:
-        return _with_notes(plain, wishes, notes, warnings) if notes else None
+        grids, notes = _grids(plain, wishes) if left_out else ([], [])
     except NotABelt:
         return None
+    return Found(plain, grids, [*left_out, *notes]) if grids else None
 
 
-def _welded(mesh: Mesh, wishes: Wishes, warnings: list[str]) -> list[Grid] | None:
-    """Grids at the smallest weld that proves the fewest pieces; of equally few, a clear one is preferred."""
-    best: tuple = (math.inf, False)
-    grids, notes = None, []
+def _trials(mesh: Mesh, wishes: Wishes) -> Iterator[tuple[Weld, Found]]:
+    """The welds that prove all pieces, ever coarser."""
     for weld in welds(mesh, wishes.weld, 0.25):
-        found: list[str] = []
         try:
-            trial = _grids(weld.mesh, wishes, found)
+            grids, notes = _grids(weld.mesh, wishes)
         except NotABelt:
             continue
-        if (len(trial), not weld.is_clear) < best:
-            best = (len(trial), not weld.is_clear)
-            grids, notes = trial, [*found, weld.note]
-        if best == (1, False):
+        yield weld, Found(weld.mesh, grids, notes)
+
+
+def _welded(mesh: Mesh, wishes: Wishes) -> Found | None:
+    """Grids at the smallest weld that proves the fewest pieces.
+
+    Of equally few, those without ends that lie upon each other are preferred (a ring of which one crack is left has
+    such ends, wherever the crack runs), then clear welds.
+    """
+    best, best_rank = None, (math.inf, False, False)
+    for weld, found in _trials(mesh, wishes):
+        has_seam = any(_seam(grid, wishes) is not None for grid in found.grids)
+        rank = (len(found.grids), has_seam, not weld.is_clear)
+        if rank < best_rank:
+            best, best_rank = found._replace(notes=[*found.notes, weld.note]), rank
+        if rank == (1, False, False):
             break
-    warnings.extend(notes)
-    return grids
+    return best
 
 
-def _joined(mesh: Mesh, grids: list[Grid], wishes: Wishes, warnings: list[str]) -> list[Grid]:
+def _joined(found: Found, wishes: Wishes) -> Found:
     """Several proven belts, or one whose patches differ in the last digits of their common border.
 
     Belts side by side keep their distance: unless a weld is asked for, only 1 % of a cell is taken for rounding,
     and a wider one that would do is mentioned.
     """
-    notes: list[str] = []
-    for weld in welds(mesh, wishes.weld, 0.25) if len(grids) > 1 else ():
-        found: list[str] = []
-        try:
-            trial = _grids(weld.mesh, wishes, found)
-        except NotABelt:
-            continue
-        if len(trial) >= len(grids):
+    best = found
+    for weld, trial in _trials(found.mesh, wishes) if len(found.grids) > 1 else ():
+        if len(trial.grids) >= len(best.grids):
             continue
         if wishes.weld is None and weld.share > 0.01:
-            wide = f"--weld {weld.tolerance:.2g} (in the unit of the mesh)"
-            notes.append(
-                f"{len(grids)} belts; if they are patches of fewer, {wide} would join them to {len(trial)}"
+            wide = (
+                f"--weld {weld.tolerance:.2g} (in the unit of the mesh) would join them to {len(trial.grids)}"
             )
+            best.notes.append(f"{len(best.grids)} belts; if they are patches of fewer, {wide}")
             break
-        grids, notes = trial, [*found, f"patches joined: {weld.note}"]
-    warnings.extend(notes)
-    return grids
+        best = trial._replace(notes=[*trial.notes, f"patches joined: {weld.note}"])
+    return best
 
 
-def _closed(grid: Grid, wishes: Wishes, warnings: list[str]) -> Grid:
-    """An open grid whose two ends lie upon each other is an endless belt with an unwelded seam.
+def _closed(found: Found, wishes: Wishes) -> Found:
+    """Open grids whose two ends lie upon each other made rings: their seams are welded and all is proven again."""
+    seams = [seam for grid in found.grids if (seam := _seam(grid, wishes)) is not None]
+    if not seams:
+        return found
+    last, first = (np.concatenate(side) for side in zip(*seams))
+    gap = np.linalg.norm(last - first, axis=1).max()
+    count = len(found.mesh.points)
+    _, index = merge_equal(np.concatenate([found.mesh.points, last, first]))
+    a, b = index[count:].reshape(2, -1)
+    try:
+        merged = merged_nodes(found.mesh, a, b)
+        grids, notes = _grids(merged, wishes)
+    except NotABelt:
+        return found._replace(
+            notes=[*found.notes, "ends of the belt lie upon each other and could not be joined"]
+        )
+    said = f"the seam of the belt was closed: its ends are {gap:.3g} apart (file units)"
+    return Found(merged, grids, [*found.notes, *(note for note in notes if note not in found.notes), said])
+
+
+def _seam(grid: Grid, wishes: Wishes) -> tuple[np.ndarray, np.ndarray] | None:
+    """Nodes (C, 3) of the last row and those of the first on which they lie, if they do.
 
     Only the ends of the longer direction are looked at: the long edges of a pipe belt may touch and must not be
     joined. A stated `endless` admits the other direction too, a stated `open` none.
     """
     if grid.kind != "open" or wishes.kind == "open" or wishes.weld == 0:
-        return grid
+        return None
     points = grid.points if extent(grid.points, 0) >= extent(grid.points, 1) else grid.points.swapaxes(0, 1)
     for candidate in (points, points.swapaxes(0, 1)) if wishes.kind == "endless" else (points,):
-        for kind, last in (("endless", candidate[-1]), ("moebius", candidate[-1, ::-1])):
+        for last in (candidate[-1], candidate[-1, ::-1]):
             apart = np.linalg.norm(last - candidate[0], axis=1).max()
             if len(candidate) > 3 and apart <= 0.25 * _median_edge(candidate):
-                warnings.append(
-                    f"the seam of the belt was closed: its ends are {apart:.3g} apart (file units)"
-                )
-                return Grid(candidate[:-1], kind)
-    return grid
+                return last, candidate[0]
+    return None
 
 
 def extent(points: np.ndarray, axis: int) -> float:

@@ -52,7 +52,7 @@ def welds(mesh: Mesh, most: float | None, share: float) -> Iterator[Weld]:
         if np.count_nonzero(near) > reached:
             reached = np.count_nonzero(near)
             is_clear = not np.any(~near & (apart <= 4 * level))
-            yield Weld(level, level / edge, is_clear, _merged(mesh, a[near], b[near]))
+            yield Weld(level, level / edge, is_clear, merged_nodes(mesh, a[near], b[near]))
         tolerance *= STEP
 
 
@@ -73,7 +73,7 @@ def _pairs(mesh: Mesh, most: float | None, share: float) -> tuple[np.ndarray, np
     return a[inside], b[inside], apart[inside], edge
 
 
-def _merged(mesh: Mesh, a: np.ndarray, b: np.ndarray) -> Mesh:
+def merged_nodes(mesh: Mesh, a: np.ndarray, b: np.ndarray) -> Mesh:
     """The mesh with one node, the first, for each cluster of linked ones, and without the facets that vanish."""
     label = components(len(mesh.points), a, b)
     _, first = np.unique(label, return_index=True)

@@ -199,3 +199,12 @@ def test_a_solid_with_an_opening_is_named_a_solid(run):
     result, _ = run(belts.ascii_stl(np.asarray(ring.triangles)[1:]))
     assert result.exit_code == 4
     assert "no belt was written: solid:" in result.stderr
+
+
+def test_a_solid_that_lacks_a_facet_is_named_a_solid(run):
+    import trimesh
+
+    ball = np.asarray(trimesh.creation.icosphere(subdivisions=4).triangles)
+    result, _ = run(belts.ascii_stl(ball[1:]))
+    assert result.exit_code == 4
+    assert "no belt was written: solid:" in result.stderr
