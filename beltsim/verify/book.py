@@ -13,6 +13,7 @@ from beltsim.verify import (
     belt_waves,
     chung_ooi,
     chung_ooi_tangential,
+    feeding,
     grids,
     impacts,
     invariants,
@@ -35,6 +36,7 @@ CHAPTERS = {
     "Impacts": impacts.CASES,
     "Benchmarks of Chung and Ooi": chung_ooi.CASES | chung_ooi_tangential.CASES,
     "Rolling, sliding, sticking": rolling.CASES,
+    "Feeding": feeding.CASES,
 }
 
 
