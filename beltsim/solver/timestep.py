@@ -134,11 +134,15 @@ def contact_row_sums(particles, shapes, contacts, ratio, with_parts, faces, sums
 
 @inner
 def own_share(mass, inertia, shapes, i, tangential, ratio, faces):
-    """Share of one contact in the bound of particle i, [1/s2]; no arm is longer than the bounding radius."""
+    """Share of one contact in the bound of particle i, [1/s2].
+
+    No arm is longer than the bounding radius; the springs of a face spread over it, so that a third of its square acts.
+    """
     least = min(inertia[0, i], min(inertia[1, i], inertia[2, i]))
     lever = mass[i] * shapes.bounding[i] ** 2 / least
-    normal = (1.0 + lever) / ratio if faces else 1.0 / ratio
-    return tangential * (normal + 1.0 + lever) / mass[i]
+    if faces:
+        return tangential * (1.0 / ratio + 1.0) * (1.0 + lever / 3.0) / mass[i]
+    return tangential * (1.0 / ratio + 1.0 + lever) / mass[i]
 
 
 __all__ = [
