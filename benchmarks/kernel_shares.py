@@ -1,0 +1,86 @@
+"""Where the time of a step goes: each pass by itself, on the state of a scene.
+
+A pass is timed as the solver runs it: through `find_forces` with every other group left out, which compiles them away.
+Springs do not grow meanwhile: the time step is zero.
+"""
+
+from __future__ import annotations
+
+import time
+
+from beltsim.engine import State, advance_by, renew_lists, solver_arguments
+from beltsim.lists import Lists
+from beltsim.solver.bonds import rows3
+from beltsim.solver.steps import find_forces, kick, kick_and_drift, sum_loads
+
+ENOUGH = 0.1  # s of CPU for each figure
+
+
+def seconds(call) -> float:
+    """CPU seconds of a call, the least of three means, compilation apart."""
+    call()
+    found = []
+    for _ in range(3):
+        start, count = time.process_time(), 0
+        while time.process_time() - start < ENOUGH:
+            call()
+            count += 1
+        found.append((time.process_time() - start) / count)
+    return min(found)
+
+
+def forces_with(state: State, belt: bool, family: str | None):
+    """A call of `find_forces` with the bonds or one list of contacts, or with neither."""
+    arguments = list(solver_arguments(state, time_step=0.0))
+    if not belt:
+        arguments[3] = None
+    arguments[5] = tuple(None if name != family else value for name, value in zip(Lists._fields, state.lists))
+    return lambda: find_forces(*arguments)
+
+
+def shares(state: State, steps: int = 200) -> dict:
+    """Microseconds a step of each pass, what whole steps take, and how many pairs there are."""
+    builds, start = state.list_builds, time.process_time()
+    advance_by(state, steps)
+    whole = (time.process_time() - start) / steps
+    each_list = (state.list_builds - builds) / steps
+    particles, environment = state.scene.population.particles, solver_arguments(state)[-2]
+    base = seconds(forces_with(state, False, None))
+    found = {
+        "drift and rotation": seconds(lambda: kick_and_drift(particles, environment, 0.0, 1.0, 1.0)),
+        "last kick": seconds(lambda: last_kick(particles)),
+        "gravity": base,
+    }
+    if state.scene.bonds is not None:
+        found["bonds"] = seconds(forces_with(state, True, None)) - base
+    pairs = {}
+    for name, family in zip(Lists._fields, state.lists):
+        if family is None or family[0].first.size == 0:
+            continue
+        contacts, index = family[0], family[1]
+        adding = seconds(lambda c=contacts, i=index: sum_loads(particles, c.loads, i))
+        found[f"{name}: law"] = max(0.0, seconds(forces_with(state, False, name)) - base - adding)
+        found[f"{name}: adding up"] = adding
+        pairs[name] = {"listed": int(contacts.first.size), "touching": int((contacts.overlap > 0.0).sum())}
+    found["lists"] = seconds(lambda: renew_lists(state)) * each_list
+    return {
+        "microseconds": {name: 1e6 * value for name, value in found.items()},
+        "whole": 1e6 * whole,
+        "steps_per_list": 1.0 / each_list if each_list else None,
+        "pairs": pairs,
+        "particles": state.scene.population.count,
+    }
+
+
+def last_kick(particles) -> None:
+    """The second half kick, of no time."""
+    kick(
+        rows3(particles.velocity),
+        rows3(particles.angular_momentum),
+        rows3(particles.force),
+        rows3(particles.torque),
+        particles.mass,
+        particles.mobility[0],
+        particles.mobility[1],
+        0.0,
+    )
