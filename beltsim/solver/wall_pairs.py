@@ -42,7 +42,10 @@ def next_node(k):
 
 @kernel
 def near_triangles(local, reach, w, walls, tree, found, total):
-    """Add the triangles of mesh w that are closer than `reach` to a local point: the list and its new length."""
+    """Add the triangles of mesh w that are closer than `reach` to a local point: the list and its new length.
+
+    They come in ascending order: the tree is walked from left to right.
+    """
     base, leaves = tree.base[w], tree.leaves[w]
     last = tree.first[w] + tree.count[w]
     k = 1
@@ -113,7 +116,6 @@ def wall_pairs(position, shapes, feelers, walls, tree, parts, part_group, skin):
                         found = with_room(found, near)
                         found[near] = triangles + p
                         near += 1
-        found[:near] = np.sort(found[:near])
         while row < after:
             for n in range(near):
                 first, second = with_room(first, total), with_room(second, total)
@@ -146,7 +148,6 @@ def point_pairs(position, shapes, feelers, contacts, walls, parts, skin):
         while done < i:
             done += 1
             start[done] = total
-        begin = total
         for k in range(contacts.start[row], contacts.start[row + 1]):
             t = contacts.second[k]
             if t >= triangles:
@@ -157,7 +158,6 @@ def point_pairs(position, shapes, feelers, contacts, walls, parts, skin):
                     second = with_room(second, total)
                     second[total] = v
                     total += 1
-        second[begin:total] = np.sort(second[begin:total])
     while done < count:
         done += 1
         start[done] = total
