@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltsim.console import CommandError, ExitCode
+from beltsim.energy import Account, close_lists, energy_of_parts, open_stage, with_books
 from beltsim.exclusions import Excluded, excluded_at_start, renewed
 from beltsim.lists import (
     BETWEEN_PARTICLES,
@@ -76,6 +77,7 @@ class State:
     listed: np.ndarray | None = None
     part_travel: np.ndarray | None = None
     part_work: np.ndarray | None = None  # (p,) J, since the start
+    account: Account | None = None  # if an energy book is kept
     cap: float = 0.0
     stage: Stage | None = None
     step: int = 0
@@ -122,10 +124,15 @@ def source_sizes(scene: Scene) -> np.ndarray:
 
 def begin_stage(state: State, stage: Stage) -> None:
     """Start a stage: its drives, its step, and the forces at its first moment."""
+    account, before = state.account, 0.0
+    if account is not None and state.stage is not None:
+        before = energy_of_parts(state)
     state.stage, state.step = stage, 0
     renew_lists(state)
     arguments = solver_arguments(state, time_step=0.0)
     find_forces(*arguments)
+    if account is not None:
+        open_stage(state, before)
 
 
 def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
@@ -160,6 +167,9 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
         (machinery.walls, machinery.tree),
         state.excluded,
     )
+    if state.account is not None:
+        new = with_books(new)
+        close_lists(state.account, state.lists)
     if origin is not None:
         renumber(state.stage, origin, state.listed.shape[1])
     if state.lists is not None:
@@ -204,6 +214,7 @@ def solver_arguments(state: State, time_step: float | None = None) -> tuple:
         state.part_work,
         stage.turned,
         np.ascontiguousarray(scene.population.particles.angular_velocity[:, stage.turned]),
+        None if state.account is None else state.account.ledger,
     )
     clock = Clock(dt, stage.start, state.step, state.skin, state.cap)
     return (

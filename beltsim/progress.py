@@ -18,9 +18,10 @@ def sentence(progress: Progress) -> str:
     share = progress.time / progress.end if progress.end else 1.0
     speed = progress.particle_steps / progress.wall if progress.wall else 0.0
     remaining = progress.wall * (1.0 / share - 1.0) if share > 0.0 else 0.0
+    drift = "" if progress.energy_drift is None else f"  energy drift {progress.energy_drift:.1g}"
     return (
         f"t={progress.time:.2f}/{progress.end:.2f} s  {100.0 * share:.0f}%  {progress.particles} particles  "
-        f"{speed:.2g} particle-steps/s  ETA {duration(remaining)}  max|v|={progress.fastest:.2g} m/s"
+        f"{speed:.2g} particle-steps/s  ETA {duration(remaining)}  max|v|={progress.fastest:.2g} m/s{drift}"
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from beltsim import energy
 from beltsim.engine import State
 from beltsim.inp import Block
 from beltsim.measures import Measures, observables_of, readings
@@ -68,12 +69,19 @@ def contents_of(scene: Scene, arriving: int, output: Block | None, measures: Mea
         else np.stack([bonds.first, bonds.second], axis=1)[place].astype(np.int64),
         parts=tuple(descriptions(scene)),
         fields=frozenset(name for name in fields if name in FIELDS),
-        observables=OBSERVABLES + observables_of(measures),
+        observables=OBSERVABLES
+        + observables_of(measures)
+        + (energy.OBSERVABLES if keeps_energy(output) else ()),
         shapes=tuple(body.shape for body in bodies),
         colors=tuple(body.block.get("COLOR") or "" for body in bodies),
         double=output is not None and output["PRECISION"] == "DOUBLE",
         compress=output is not None and bool(output["COMPRESS"]),
     )
+
+
+def keeps_energy(output: Block | None) -> bool:
+    """Whether an *OUTPUT asks for the energy book."""
+    return output is not None and "ENERGY" in output["FIELDS"]
 
 
 def type_names(block: Block) -> list[str]:
@@ -150,7 +158,8 @@ def frame_of(state: State, contents: Contents, tally: dict[str, float], measures
         observables=energies(scene, particles, bond_energy)
         | tally
         | {"broken_bonds": broken(scene)}
-        | readings(measures, scene, state.time, of_bonds[0], state.part_work),
+        | readings(measures, scene, state.time, of_bonds[0], state.part_work)
+        | ({} if state.account is None else energy.balance(state)),
     )
 
 

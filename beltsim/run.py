@@ -11,18 +11,20 @@ import numpy as np
 
 from beltsim.breakage import Breaks, gather_breaks
 from beltsim.console import CommandError, ExitCode
+from beltsim.energy import OBSERVABLES as TERMS
+from beltsim.energy import account_of, departing, drift, note_arrivals, note_departures
 from beltsim.engine import BlowUp, Stage, State, advance_by, begin_stage, renew_lists, state_of
 from beltsim.fill import fill_belts
 from beltsim.inp import Block, Deck
 from beltsim.measures import LOOK_PAUSE, Measures, look, measures_of, remember
-from beltsim.record import OBSERVABLES, contents_of, frame_of
+from beltsim.record import OBSERVABLES, contents_of, frame_of, keeps_energy
 from beltsim.scene import Scene
 from beltsim.scene.build import prescribe_velocities
 from beltsim.scene.machinery import acts_in, drives_of, table_of
 from beltsim.solver.steps import GivenLoads
 from beltsim.source import Source, arrivals, pause_of, planned_count, source_of
 from beltsim.stepsize import choose, present_limit, refuse_reference
-from beltsim.trajectory import TrajectoryWriter
+from beltsim.trajectory import Frame, TrajectoryWriter
 from beltsim.turnover import insert, outside, remove
 
 LONGEST_BATCH = 0.25  # s of wall time between two looks at signals
@@ -48,6 +50,7 @@ class Progress:
     wall: float  # s, compilation apart
     fastest: float  # m/s
     particle_steps: float
+    energy_drift: float | None = None  # residual over the largest term, at the last frame
 
 
 @dataclass
@@ -66,6 +69,7 @@ class Tally:
     open_time: dict[str, float] = field(default_factory=dict)  # s that each source was open
     measures: Measures | None = None
     breaks: Breaks = field(default_factory=Breaks)
+    energy_drift: float | None = None
 
     def masses(self) -> dict[str, float]:
         """Inserted and removed mass, for the trajectory."""
@@ -132,7 +136,9 @@ def run(
     tally.inserted = {source.name: 0.0 for source in sources}
     arriving = sum(planned_count(block, scene.population, end) for block in scene.sources)
     outputs = deck.blocks("OUTPUT")
-    tally.measures = measures_of(scene, {name for name, _, _ in OBSERVABLES})
+    tally.measures = measures_of(scene, {name for name, _, _ in OBSERVABLES + TERMS})
+    if outputs and keeps_energy(outputs[0]):
+        state.account = account_of(scene)
     contents = contents_of(scene, arriving, outputs[0] if outputs else None, tally.measures)
     first = prepare(state, scene.steps[0], 0.0, say, allow_unstable)
     planned = planned_frames(scene, outputs, end)
@@ -146,7 +152,7 @@ def run(
             stage = first if number == 0 else prepare(state, block, start, say, allow_unstable)
             compile_kernels(state, stage, tally)
             if number == 0:
-                writer.append(frame_of(state, contents, tally.masses(), tally.measures))
+                writer.append(frame_now(state, contents, tally))
             stage_end, flows = min(end, start + block["DURATION"]), bool(tally.measures.flows)
             events = events_of(scene, block, stage, sources, outputs, stage_end, flows)
             try:
@@ -277,7 +283,7 @@ def run_stage(state, events, writer, contents, tally, end, report, say, stop) ->
         tally.particle_steps += steps * state.scene.population.count
         pace = max(1, min(4 * pace, int(LONGEST_BATCH * steps / max(wall, 1e-6))))
         if state.step in frames:
-            writer.append(frame_of(state, contents, tally.masses(), tally.measures))
+            writer.append(frame_now(state, contents, tally))
             gather_breaks(state, tally.breaks)
             warn_if_unstable(state, tally, say)
         report(progress_of(state, tally, end))
@@ -291,6 +297,8 @@ def turn_over(state: State, events: Events, tally: Tally) -> None:
             new = arrivals(source, scene, state.time, tally.next_id)
             if new is not None:
                 renew_lists(state, insert(scene, new))
+                if state.account is not None:
+                    note_arrivals(state, new.id.size)
                 remember(tally.measures, scene)
                 tally.next_id += new.id.size
                 tally.inserted[source.name] = source.inserted
@@ -300,7 +308,10 @@ def turn_over(state: State, events: Events, tally: Tally) -> None:
         if np.any(leaves):
             tally.removed += int(np.count_nonzero(leaves))
             tally.removed_mass += float(scene.population.particles.mass[leaves].sum())
+            before = 0.0 if state.account is None else departing(state, leaves)
             renew_lists(state, remove(scene, leaves))
+            if state.account is not None:
+                note_departures(state, before)
 
 
 def warn_if_unstable(state: State, tally: Tally, say) -> None:
@@ -319,7 +330,15 @@ def warn_if_unstable(state: State, tally: Tally, say) -> None:
 def save_last(state: State, contents, tally: Tally, writer: TrajectoryWriter) -> None:
     """After a blow-up: the state that diverged, if it can still be written."""
     if np.all(np.isfinite(state.scene.population.particles.position)):
-        writer.append(frame_of(state, contents, tally.masses(), tally.measures))
+        writer.append(frame_now(state, contents, tally))
+
+
+def frame_now(state: State, contents, tally: Tally) -> Frame:
+    """The present state as a frame; notes the drift of the energy."""
+    frame = frame_of(state, contents, tally.masses(), tally.measures)
+    if state.account is not None:
+        tally.energy_drift = drift(state.account, frame.observables)
+    return frame
 
 
 def progress_of(state: State, tally: Tally, end: float) -> Progress:
@@ -327,5 +346,12 @@ def progress_of(state: State, tally: Tally, end: float) -> Progress:
     particles = state.scene.population.particles
     fastest = float(np.sqrt(np.max(np.sum(particles.velocity**2, axis=0), initial=0.0)))
     return Progress(
-        state.time, end, state.total_steps, particles.mass.size, tally.wall, fastest, tally.particle_steps
+        state.time,
+        end,
+        state.total_steps,
+        particles.mass.size,
+        tally.wall,
+        fastest,
+        tally.particle_steps,
+        tally.energy_drift,
     )

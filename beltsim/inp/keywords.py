@@ -526,7 +526,7 @@ _CASE = (
             Parameter(
                 "FIELDS",
                 "choices",
-                "what each frame holds beside positions",
+                "what each frame holds beside positions; ENERGY keeps the energy book, all terms under /observables",
                 default=("VELOCITY", "ORIENTATION"),
                 choices=(
                     "VELOCITY",
@@ -537,6 +537,7 @@ _CASE = (
                     "BOND FORCE",
                     "BOND MOMENT",
                     "BOND STRAIN",
+                    "ENERGY",
                 ),
             ),
             _choice("PRECISION", ("SINGLE", "DOUBLE"), "of the numbers in the file", default="SINGLE"),

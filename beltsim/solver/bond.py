@@ -140,13 +140,18 @@ def bond_damping(mid, d, relative_velocity, spin_i, spin_j, damping, angular_dam
     The rates are those of the strains (a common rigid motion has none), so the damping is objective, conserves both
     momenta and can only take energy away.
     """
+    stretch, twist = bond_rates(mid, d, relative_velocity, spin_i, spin_j)
+    return times(damping, stretch), times(angular_damping, twist)
+
+
+@inner
+def bond_rates(mid, d, relative_velocity, spin_i, spin_j):
+    """Rates of a bond's strains in its mid frame: of stretch and displacement across [m/s], of rotation [rad/s]."""
     mean_spin = scaled(add(spin_i, spin_j), 0.5)
     rate = sub(relative_velocity, cross(mean_spin, d))
     twist = sub(spin_j, spin_i)
     x, y, z = axis_x(mid), axis_y(mid), axis_z(mid)
-    force = times(damping, (dot(x, rate), dot(y, rate), dot(z, rate)))
-    moment = times(angular_damping, (dot(x, twist), dot(y, twist), dot(z, twist)))
-    return force, moment
+    return (dot(x, rate), dot(y, rate), dot(z, rate)), (dot(x, twist), dot(y, twist), dot(z, twist))
 
 
 @inner

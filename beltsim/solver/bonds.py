@@ -10,9 +10,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.solver.bond import bond_damping, bond_loads, bond_reaction, bond_stress
+from beltsim.solver.bond import (
+    bond_damping,
+    bond_loads,
+    bond_rates,
+    bond_reaction,
+    bond_stress,
+    to_world,
+)
 from beltsim.solver.jit import inner, kernel, vector_kernel
-from beltsim.solver.vectors import add, at, at4, dot, norm, product, sub
+from beltsim.solver.ledger import BOND_BREAKAGE, BOND_DAMPING
+from beltsim.solver.vectors import add, at, at4, cross, dot, norm, product, scaled, sub
 
 TILE = 256
 """Bonds whose loads are held at a time: 18 kB, so that they stay in the first-level cache."""
@@ -72,7 +80,21 @@ def elastic_loads(d, orientation_i, orientation_j, kind):
 
 @vector_kernel
 def bond_tile(
-    first, second, base, count, position, velocity, orientation, spin, kind, limits, intact, over, loads
+    first,
+    second,
+    base,
+    count,
+    position,
+    velocity,
+    orientation,
+    spin,
+    kind,
+    limits,
+    intact,
+    over,
+    loads,
+    book,
+    half,
 ):
     """Loads of `count` bonds between consecutive particles, into the first columns of `loads`.
 
@@ -84,6 +106,8 @@ def bond_tile(
     limits : (section, tensile strength, shear strength), or None for bonds that cannot break
     intact, over : (bonds,) int8 and (TILE,) int8 for breakable bonds, else None; `over` gets the mode of a new break
     loads : nine rows (TILE,): force on the first particle, torques on the first and on the second
+    book : energy book of all bonds (see `ledger`), or None
+    half : half a step [s]
 
     Returns how many bonds are turned almost all the way round (`WOUND`).
     """
@@ -104,6 +128,21 @@ def bond_tile(
             mode = BROKEN_IN_TENSION if tension >= tensile else (BROKEN_IN_SHEAR if slide >= shear else 0)
             over[n] = mode
             keep = 1.0 if mode == 0 and intact[base + np.uint64(n)] != 0 else 0.0
+        if book is not None:
+            pulled = scaled(to_world(mid, viscous), keep)
+            half_couple = scaled(cross(d, pulled), 0.5)
+            twisted = scaled(to_world(mid, viscous_torque), keep)
+            both, apart = add(of(spin, i), of(spin, j)), sub(of(spin, j), of(spin, i))
+            b = base + np.uint64(n)
+            loss = 0.0
+            for row in range(3):
+                loss += (book[row, b] + pulled[row]) * relative[row]
+                loss -= (book[3 + row, b] + half_couple[row]) * both[row]
+                loss += (book[6 + row, b] + twisted[row]) * apart[row]
+                book[row, b] = pulled[row]
+                book[3 + row, b] = half_couple[row]
+                book[6 + row, b] = twisted[row]
+            book[BOND_DAMPING, b] += half * loss
         wound += 1 if keep * dot(rotation, rotation) > WOUND * WOUND else 0
         for row in range(3):
             loads[row][n] = keep * f[row]
@@ -155,7 +194,7 @@ def scatter(particles, bonds, base, count, loads):
 
 
 @inner
-def record_breaks(bonds, strength, base, count, over, step):
+def record_breaks(particles, bonds, kinds, strength, base, count, over, step, half):
     """Mark and record the bonds that broke in this tile; each breaks once."""
     for n in range(count):
         b = base + n
@@ -163,10 +202,27 @@ def record_breaks(bonds, strength, base, count, over, step):
             bonds.intact[b] = 0
             strength.broken_step[b] = step
             strength.mode[b] = over[n]
+            note_breakage(bonds.book, particles, bonds, kinds, b, half)
+
+
+@inner
+def note_breakage(book, particles, bonds, kinds, b, half):
+    """The elastic energy of bond b is lost, less what its load would still have put into it in half a step [s]."""
+    if book is not None:
+        i, j, kind = bonds.first[b], bonds.second[b], kind_of(kinds, bonds.kind[b])
+        d = sub(at(particles.position, j), at(particles.position, i))
+        mid, e, rotation, force, moment, _, _ = elastic_loads(
+            d, at4(particles.orientation, i), at4(particles.orientation, j), kind
+        )
+        relative = sub(at(particles.velocity, j), at(particles.velocity, i))
+        spin_i, spin_j = at(particles.angular_velocity, i), at(particles.angular_velocity, j)
+        stretch, twist = bond_rates(mid, d, relative, spin_i, spin_j)
+        energy = 0.5 * (dot(e, force) + dot(rotation, moment))
+        book[BOND_BREAKAGE, b] += energy - half * (dot(force, stretch) + dot(moment, twist))
 
 
 @kernel
-def bond_pass(particles, bonds, runs, kinds, strength, step):
+def bond_pass(particles, bonds, runs, kinds, strength, step, time_step=0.0):
     """Add the elastic and viscous loads of all intact bonds to their particles.
 
     A bond whose elastic stress reaches its strength breaks: it is recorded with the step, and its loads are gone in the
@@ -181,6 +237,7 @@ def bond_pass(particles, bonds, runs, kinds, strength, step):
     turned = (scratch[6], scratch[7], scratch[8], scratch[9])
     turning = (scratch[10], scratch[11], scratch[12])
     bonds.wound[0] = 0
+    book, half = bonds.book, 0.5 * time_step
     for r in range(runs.base.size):
         t = runs.kind[r]
         kind = kind_of(kinds, t)
@@ -194,18 +251,18 @@ def bond_pass(particles, bonds, runs, kinds, strength, step):
                 i, j = np.uint64(runs.first[r] + start), np.uint64(runs.second[r] + start)
                 bonds.wound[0] += bond_tile(
                     i, j, np.uint64(base), count, position, velocity, orientation, spin, kind, limits,
-                    None if strength is None else bonds.intact, None if strength is None else over, out,
+                    None if strength is None else bonds.intact, None if strength is None else over, out, book, half,
                 )  # fmt: skip
                 add_tile(i, j, count, out, force, torque)
             else:
                 gather(particles, bonds, base, count, scratch)
                 bonds.wound[0] += bond_tile(
                     np.uint64(0), np.uint64(TILE), np.uint64(base), count, near, moving, turned, turning, kind, limits,
-                    None if strength is None else bonds.intact, None if strength is None else over, out,
+                    None if strength is None else bonds.intact, None if strength is None else over, out, book, half,
                 )  # fmt: skip
                 scatter(particles, bonds, base, count, loads)
             if strength is not None:
-                record_breaks(bonds, strength, base, count, over, step)
+                record_breaks(particles, bonds, kinds, strength, base, count, over, step, half)
 
 
 @kernel

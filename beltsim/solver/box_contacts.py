@@ -17,6 +17,7 @@ from beltsim.solver.box_box import box_box, face_area, thinnest
 from beltsim.solver.contact import face_law
 from beltsim.solver.contacts import NONE, forget, law_of, put_loads, reduced_mass, surface, touch
 from beltsim.solver.jit import inner, kernel
+from beltsim.solver.ledger import note_normal
 from beltsim.solver.shapes import sphere_box
 from beltsim.solver.vectors import add, at, at4, cross, dot, norm, plus, scaled, sub
 
@@ -46,7 +47,7 @@ def box_box_pass(particles, shapes, laws, contacts, time_step):
         i, j = first[k], second[k]
         body_i, body_j = body_of(particles, i), body_of(particles, j)
         core_i, core_j = at(shapes.core, i), at(shapes.core, j)
-        _, elastic, viscous, area, point = box_box(body_i, core_i, radius[i], body_j, core_j, radius[j])
+        energy, elastic, viscous, area, point = box_box(body_i, core_i, radius[i], body_j, core_j, radius[j])
         pressure = norm(elastic[0])
         if area <= 0.0 or pressure <= 0.0:
             contacts.overlap[k] = -1.0
@@ -61,6 +62,10 @@ def box_box_pass(particles, shapes, laws, contacts, time_step):
         mass = reduced_mass(particles.mass, particles.mobility, i, j) * area / face
         resistance = 2.0 * damping * math.sqrt(mass * modulus / area)
         force, torque_i, torque_j = total(modulus, elastic, resistance, viscous)
+        # The power of the damping as one force and one speed of its size.
+        power = max(0.0, -resistance * power_of(viscous, body_i, body_j))
+        share = math.sqrt(power)
+        note_normal(contacts.book, k, modulus * energy, share, share, time_step)
 
         normal = scaled(elastic[0], 1.0 / pressure)
         arm_i, arm_j = sub(point, body_i[0]), sub(point, body_j[0])
@@ -75,6 +80,13 @@ def box_box_pass(particles, shapes, laws, contacts, time_step):
             add(torque_i, cross(arm_i, friction)),
             sub(torque_j, cross(arm_j, friction)),
         )
+
+
+@inner
+def power_of(loads, body_i, body_j):
+    """Power of a force on the first body, its opposite on the second, and two torques."""
+    power = dot(loads[0], sub(body_i[2], body_j[2]))
+    return power + dot(loads[1], body_i[3]) + dot(loads[2], body_j[3])
 
 
 @inner

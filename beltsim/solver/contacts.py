@@ -20,6 +20,7 @@ from beltsim.solver.contact import (
     rolling_moment,
 )
 from beltsim.solver.jit import INLINE, inner, kernel
+from beltsim.solver.ledger import hand_on, note_end, note_friction, note_normal, note_rolling, stored
 from beltsim.solver.shapes import (
     box_cylinder,
     sorted_box_axes,
@@ -28,7 +29,7 @@ from beltsim.solver.shapes import (
     sphere_plane,
 )
 from beltsim.solver.state import LinearLaws
-from beltsim.solver.vectors import add, at, at4, axis_z, cross, dot, norm, put, scaled, sub
+from beltsim.solver.vectors import add, at, at4, axis_z, cross, dot, norm, plus, put, scaled, sub
 
 NONE = (0.0, 0.0, 0.0)
 
@@ -85,6 +86,7 @@ def forget(contacts, k):
     put(contacts.spring, k, NONE)
     put(contacts.rolling, k, NONE)
     put_loads(contacts.loads, k, NONE, NONE, NONE)
+    note_end(contacts.book, k)
 
 
 @inner
@@ -118,25 +120,45 @@ def point_loads(law, overlap, radius, mass, normal, relative, spins, arms, histo
 
 
 @inner
+def note_point(book, k, law, overlap, radius, normal, relative, spin, old, new, force, time_step):
+    """Note what happened in pair k, from the history before and after (see `point_loads`) and the force."""
+    if book is not None:
+        elastic, stiffness, _, _ = point_law(law, overlap, radius)
+        normal_force = dot(force, normal)
+        viscous, approach = normal_force - elastic, -dot(relative, normal)
+        note_normal(book, k, stored(elastic, stiffness, overlap), viscous, approach, time_step)
+        tangential = plus(force, -normal_force, normal)
+        bound = law.friction * max(normal_force, 0.0)
+        note_friction(book, k, normal, relative, time_step, old[:2], new[:2], tangential, bound)
+        arm = law.rolling_friction * radius
+        note_rolling(book, k, normal, spin, time_step, old[2], new[2], 2.25 * stiffness * arm * arm)
+
+
+@inner
 def point_contact(contacts, k, overlap, normal, radius, mass, law, relative, spins, arms, time_step):
     """Loads and history of a touching pair k of rounded surfaces; see `point_loads`."""
     history = (at(contacts.spring, k), contacts.stiffness[k], at(contacts.rolling, k))
-    force, torque_1, torque_2, history = point_loads(
+    force, torque_1, torque_2, new = point_loads(
         law, overlap, radius, mass, normal, relative, spins, arms, history, time_step
     )
-    put(contacts.spring, k, history[0])
-    contacts.stiffness[k] = history[1]
-    put(contacts.rolling, k, history[2])
+    put(contacts.spring, k, new[0])
+    contacts.stiffness[k] = new[1]
+    put(contacts.rolling, k, new[2])
     put_loads(contacts.loads, k, force, torque_1, torque_2)
+    spin = sub(spins[0], spins[1])
+    note_point(contacts.book, k, law, overlap, radius, normal, relative, spin, history, new, force, time_step)
 
 
 @inner
 def touch(contacts, k, force, normal, shear_stiffness, damping, mass, bound, relative, time_step):
     """Add friction to the normal force of pair k and remember its spring."""
     spring, old = at(contacts.spring, k), contacts.stiffness[k]
+    before = (spring, old)
     tangential, spring = friction_force(
         relative, normal, time_step, spring, old, shear_stiffness, damping, mass, bound
     )
+    after = (spring, shear_stiffness)
+    note_friction(contacts.book, k, normal, relative, time_step, before, after, tangential, bound)
     put(contacts.spring, k, spring)
     contacts.stiffness[k] = shear_stiffness
     return add(force, tangential)
@@ -210,6 +232,7 @@ def inherit(contacts, k):
             contacts.stiffness[k] = contacts.stiffness[other]
             put(contacts.spring, k, at(contacts.spring, other))
             put(contacts.rolling, k, at(contacts.rolling, other))
+            hand_on(contacts.book, k, other)
             return
 
 
@@ -319,7 +342,10 @@ def box_cylinder_pass(particles, shapes, laws, contacts, parts, time_step):
         law = law_of(laws, shapes.material[i], parts.material[p])
         whole = 2.0 * norm(sorted_box_axes(at4(orientation, i), at(core, i), axis)[0])
         elastic, stiffness, shear_stiffness, damping = line_law(law, area, length, whole)
-        normal_force = damped_normal(elastic, stiffness, damping, mass[i], -dot(relative, normal))
+        approach = -dot(relative, normal)
+        normal_force = damped_normal(elastic, stiffness, damping, mass[i], approach)
+        energy = stored(elastic, stiffness, overlaps[k])
+        note_normal(contacts.book, k, energy, normal_force - elastic, approach, time_step)
         bound = law.friction * max(normal_force, 0.0)
         force = scaled(normal, normal_force)
         force = touch(

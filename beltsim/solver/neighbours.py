@@ -10,6 +10,7 @@ import numpy as np
 
 from beltsim.solver.hashgrid import cell_of, hash_points, is_in, members_of
 from beltsim.solver.jit import inner, kernel
+from beltsim.solver.ledger import carry_book
 from beltsim.solver.state import Array, Contacts, Loads
 from beltsim.solver.vectors import at, at4, axis_z, dot, norm, plus, sub
 
@@ -205,6 +206,7 @@ def carry_history(new, old, new_key, old_key, row_origin, key_origin):
                         for axis in range(3):
                             new.spring[axis, k] = old.spring[axis, before]
                             new.rolling[axis, k] = old.rolling[axis, before]
+                        carry_book(new.book, old.book, k, before)
                     break
 
 

@@ -9,14 +9,16 @@ from __future__ import annotations
 import numpy as np
 
 from beltsim.solver.bonds import of, rows3
-from beltsim.solver.contacts import law_of, point_loads, surface
+from beltsim.solver.contacts import law_of, note_point, point_loads, surface
 from beltsim.solver.jit import kernel, vector_kernel
 from beltsim.solver.shapes import sphere_sphere
 from beltsim.solver.vectors import scaled, sub
 
 
 @vector_kernel
-def sphere_pairs(first, second, state, shapes, laws, overlaps, springs, stiffnesses, rollings, loads, time_step):
+def sphere_pairs(
+    first, second, state, shapes, laws, overlaps, springs, stiffnesses, rollings, loads, book, time_step
+):
     """Loads and history of all pairs.
 
     Parameters
@@ -25,6 +27,7 @@ def sphere_pairs(first, second, state, shapes, laws, overlaps, springs, stiffnes
     state : rows of position, velocity and angular velocity, masses, and 1 or 0 for what moves
     shapes : radii and materials (uint32)
     springs, rollings : three rows each; loads : nine rows, force on the first, torque on the first and the second
+    book : energy book of the pairs (see `ledger`), or None
     """
     position, velocity, spin, mass, moves = state
     radius, material = shapes
@@ -43,14 +46,16 @@ def sphere_pairs(first, second, state, shapes, laws, overlaps, springs, stiffnes
         reduced = radius[i] * radius[j] / (radius[i] + radius[j])
         history = (of(springs, k), stiffnesses[k], of(rollings, k))
         law = law_of(laws, material[i], material[j])
-        force, torque_1, torque_2, history = point_loads(
+        force, torque_1, torque_2, new = point_loads(
             law, overlap, reduced, 1.0 / inverse, normal, relative, spins, arms, history, time_step
         )
+        spin_12 = sub(spins[0], spins[1])
+        note_point(book, k, law, overlap, reduced, normal, relative, spin_12, history, new, force, time_step)
         overlaps[k] = gap
-        stiffnesses[k] = history[1]
+        stiffnesses[k] = new[1]
         for row in range(3):
-            springs[row][k] = history[0][row]
-            rollings[row][k] = history[2][row]
+            springs[row][k] = new[0][row]
+            rollings[row][k] = new[2][row]
             loads[row][k] = force[row]
             loads[3 + row][k] = torque_1[row]
             loads[6 + row][k] = torque_2[row]
@@ -77,5 +82,6 @@ def sphere_sphere_pass(particles, shapes, laws, contacts, time_step):
         contacts.stiffness,
         rows3(contacts.rolling),
         (loads[0], loads[1], loads[2], loads[3], loads[4], loads[5], loads[6], loads[7], loads[8]),
+        contacts.book,
         time_step,
     )

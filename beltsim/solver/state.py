@@ -53,6 +53,7 @@ class Bonds(NamedTuple):
     scratch: Array  # (13, 2 tile) state of scattered bonds' particles
     over: Array  # (tile,) int8, mode of a new break
     wound: Array  # (1,) int64, how many bonds are turned almost all the way round
+    book: Array | None = None  # (rows, m) of `ledger`, if an energy book is kept
 
 
 class Runs(NamedTuple):
@@ -98,6 +99,7 @@ class Contacts(NamedTuple):
     loads: Array  # (9, p) as Bonds.loads
     overlap: Array  # (p,) m, of the last step
     beside: Array  # (4, p) int32 pair of the same sphere with a bonded neighbour of the box, -1: none
+    book: Array | None = None  # (rows, p) of `ledger`, if an energy book is kept
 
 
 class Laws(NamedTuple):

@@ -21,6 +21,7 @@ from beltsim.solver.contacts import (
     sphere_part_pass,
 )
 from beltsim.solver.jit import inner, kernel, vector_kernel
+from beltsim.solver.ledger import Ledger, note_before_push, note_first_half, note_push, note_second_half
 from beltsim.solver.motion import (
     add_part_work,
     factor_at,
@@ -77,6 +78,7 @@ class Environment(NamedTuple):
     part_work: Array  # (p,) work of each part on what touches it, J
     turned: Array  # (h,) int32 particles with a prescribed spin
     turning: Array  # (3, h) rad/s
+    ledger: Ledger | None = None  # if an energy book is kept
 
 
 class GivenLoads(NamedTuple):
@@ -295,7 +297,7 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
     parts.torque[:] = 0.0
     if belt is not None:
         bonds, runs, kinds = belt
-        bond_pass(particles, bonds, runs, kinds, strength, clock.step)
+        bond_pass(particles, bonds, runs, kinds, strength, clock.step, clock.time_step)
     find_contact_forces(particles, shapes, laws, *lists, parts, drives[1].moves, clock.time_step)
     if given is not None:
         add_given_loads(particles, given, drives[2], clock.start + clock.step * clock.time_step)
@@ -383,10 +385,17 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         move_parts(parts, spins, slides, amplitudes, time, dt)
         now = Clock(dt, clock.start, step + 1, clock.skin, clock.cap)
         # Work over a step: the velocities of its middle with the loads of both its ends.
+        ledger = environment.ledger
         add_part_work(parts, environment.part_work, 0.5 * dt)
+        note_first_half(ledger, particles, parts, spins, slides, given, amplitudes, environment, time, dt)
         find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now)
         add_part_work(parts, environment.part_work, 0.5 * dt)
+        note_second_half(
+            ledger, particles, parts, spins, slides, given, amplitudes, environment, time + dt, dt
+        )
+        note_before_push(ledger, parts)
         push_parts(parts, spins, slides, amplitudes, time + dt, dt)
+        note_push(ledger, parts, spins, slides, amplitudes, time + dt, dt)
         kick(
             rows3(particles.velocity),
             rows3(particles.angular_momentum),

@@ -18,6 +18,7 @@ import math
 from beltsim.solver.contact import corner_law, damped_normal
 from beltsim.solver.contacts import NONE, forget, law_of, point_contact, put_loads, surface, touch
 from beltsim.solver.jit import inner, kernel
+from beltsim.solver.ledger import hand_on, note_normal, stored
 from beltsim.solver.shapes import sphere_box, sphere_plane
 from beltsim.solver.triangles import nearest_on_triangle, sphere_triangle
 from beltsim.solver.vectors import (
@@ -94,18 +95,13 @@ def ball_wall(centre, radius, s, walls, parts):
 
 @inner
 def find_carriers(particles, shapes, contacts, feelers, walls, parts, row):
-    """Mark which walls carry a feeler; what ends hands its history on or loses it.
-
-    The normals of those that carry are left where the force will stand, in the first rows of the loads.
-    """
+    """Mark which walls carry a feeler; what ends hands its history on or loses it."""
     centre, radius = feeler_centre(particles, feelers, row), shapes.radius[feelers.particle[row]]
     begin, end = contacts.start[row], contacts.start[row + 1]
     carries = contacts.beside[0]
     for k in range(begin, end):
-        overlap, normal = ball_wall(centre, radius, contacts.second[k], walls, parts)
+        overlap, _ = ball_wall(centre, radius, contacts.second[k], walls, parts)
         contacts.overlap[k] = overlap
-        if overlap > 0.0:
-            put(contacts.loads, k, normal)
     for k in range(begin, end):
         own = contacts.overlap[k] > 0.0
         if own and contacts.second[k] < walls.part.size:
@@ -115,10 +111,8 @@ def find_carriers(particles, shapes, contacts, feelers, walls, parts, row):
         if carries[k] and contacts.stiffness[k] == 0.0 and contacts.second[k] < walls.part.size:
             inherit_from_beside(contacts, walls, carries, k, begin, end)
     for k in range(begin, end):
-        if not carries[k]:
-            put(contacts.loads, k, NONE)
-            if contacts.stiffness[k] > 0.0:
-                forget(contacts, k)
+        if not carries[k] and contacts.stiffness[k] > 0.0:
+            forget(contacts, k)
 
 
 @inner
@@ -167,6 +161,7 @@ def inherit_from_beside(contacts, walls, carries, k, begin, end):
             contacts.stiffness[k] = contacts.stiffness[other]
             put(contacts.spring, k, at(contacts.spring, other))
             put(contacts.rolling, k, at(contacts.rolling, other))
+            hand_on(contacts.book, k, other)
             forget(contacts, other)
             return
 
@@ -188,7 +183,7 @@ def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row,
             continue
         i, s = contacts.first[k], contacts.second[k]
         p, centre, radius = part_of_wall(walls, s), at(particles.position, i), shapes.radius[i]
-        normal = at(contacts.loads, k)
+        overlap, normal = ball_wall(centre, radius, s, walls, parts)
         # The whole radius is the arm: a sphere rolls at its own circumference whatever its overlap.
         arm = scaled(normal, -radius)
         arm_p = sub(add(centre, arm), at(parts.position, p))
@@ -199,7 +194,7 @@ def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row,
         point_contact(
             contacts,
             k,
-            contacts.overlap[k],
+            overlap,
             normal,
             radius,
             particles.mass[i],
@@ -259,7 +254,7 @@ def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves
             if contacts.beside[0, k]:
                 s = contacts.second[k]
                 p = part_of_wall(walls, s)
-                overlap, normal = contacts.overlap[k], at(contacts.loads, k)
+                overlap, normal = ball_wall(centre, radius, s, walls, parts)
                 law = law_of(laws, shapes.material[i], parts.material[p])
                 _, stiffness, _, _ = corner_law(law, overlap, radius, side)
                 mass = moved_mass(particles, i, middle, normal) * stiffness / total
@@ -291,7 +286,10 @@ def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, l
         wall_velocity(parts, moves, p, arm_p, normal),
     )
     elastic, stiffness, shear_stiffness, damping = corner_law(law, overlap, radius, side)
-    normal_force = damped_normal(elastic, stiffness, damping, mass, -dot(relative, normal))
+    approach = -dot(relative, normal)
+    normal_force = damped_normal(elastic, stiffness, damping, mass, approach)
+    energy = stored(elastic, stiffness, overlap)
+    note_normal(contacts.book, k, energy, normal_force - elastic, approach, time_step)
     bound = law.friction * max(normal_force, 0.0)
     force = scaled(normal, normal_force)
     force = touch(contacts, k, force, normal, shear_stiffness, damping, mass, bound, relative, time_step)
