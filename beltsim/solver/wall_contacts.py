@@ -95,13 +95,18 @@ def ball_wall(centre, radius, s, walls, parts):
 
 @inner
 def find_carriers(particles, shapes, contacts, feelers, walls, parts, row):
-    """Mark which walls carry a feeler; what ends hands its history on or loses it."""
+    """Mark which walls carry a feeler; what ends hands its history on or loses it.
+
+    The normals of those that carry are left where the force will stand, in the first rows of the loads.
+    """
     centre, radius = feeler_centre(particles, feelers, row), shapes.radius[feelers.particle[row]]
     begin, end = contacts.start[row], contacts.start[row + 1]
     carries = contacts.beside[0]
     for k in range(begin, end):
-        overlap, _ = ball_wall(centre, radius, contacts.second[k], walls, parts)
+        overlap, normal = ball_wall(centre, radius, contacts.second[k], walls, parts)
         contacts.overlap[k] = overlap
+        if overlap > 0.0:
+            put(contacts.loads, k, normal)
     for k in range(begin, end):
         own = contacts.overlap[k] > 0.0
         if own and contacts.second[k] < walls.part.size:
@@ -111,8 +116,10 @@ def find_carriers(particles, shapes, contacts, feelers, walls, parts, row):
         if carries[k] and contacts.stiffness[k] == 0.0 and contacts.second[k] < walls.part.size:
             inherit_from_beside(contacts, walls, carries, k, begin, end)
     for k in range(begin, end):
-        if not carries[k] and contacts.stiffness[k] > 0.0:
-            forget(contacts, k)
+        if not carries[k]:
+            put(contacts.loads, k, NONE)
+            if contacts.stiffness[k] > 0.0:
+                forget(contacts, k)
 
 
 @inner
@@ -183,7 +190,7 @@ def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row,
             continue
         i, s = contacts.first[k], contacts.second[k]
         p, centre, radius = part_of_wall(walls, s), at(particles.position, i), shapes.radius[i]
-        overlap, normal = ball_wall(centre, radius, s, walls, parts)
+        normal = at(contacts.loads, k)
         # The whole radius is the arm: a sphere rolls at its own circumference whatever its overlap.
         arm = scaled(normal, -radius)
         arm_p = sub(add(centre, arm), at(parts.position, p))
@@ -194,7 +201,7 @@ def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row,
         point_contact(
             contacts,
             k,
-            overlap,
+            contacts.overlap[k],
             normal,
             radius,
             particles.mass[i],
@@ -254,7 +261,7 @@ def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves
             if contacts.beside[0, k]:
                 s = contacts.second[k]
                 p = part_of_wall(walls, s)
-                overlap, normal = ball_wall(centre, radius, s, walls, parts)
+                overlap, normal = contacts.overlap[k], at(contacts.loads, k)
                 law = law_of(laws, shapes.material[i], parts.material[p])
                 _, stiffness, _, _ = corner_law(law, overlap, radius, side)
                 mass = moved_mass(particles, i, middle, normal) * stiffness / total
