@@ -379,9 +379,10 @@ def test_a_strip_that_breaks_gains_no_energy_and_keeps_its_momenta():
         scenes.advance(state, 5)
         seen.append(energy(state))
     assert 0 < np.count_nonzero(state.scene.bonds.intact == 0) < state.scene.bonds.intact.size
-    # What bonds held is lost when they break; Verlet's own error is 1e-4 of the whole.
-    assert np.diff(seen).max() < 2e-3 * seen[0]
-    assert max(seen) < (1.0 + 2e-3) * seen[0]
+    # What bonds held is lost when they break; of Verlet's own error 5e-7 was measured. A pair that began to touch
+    # where it broke would bring about 1 J, thirty times the whole.
+    assert max(seen) < (1.0 + 5e-6) * seen[0]
+    assert np.diff(seen).max() < 5e-6 * seen[0]
     after = scenes.momenta(state)
     assert after[0] == pytest.approx(momentum, abs=1e-14)
     assert after[1] == pytest.approx(angular, abs=1e-14)

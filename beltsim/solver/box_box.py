@@ -17,8 +17,9 @@ pair's stiffness comes and goes over 2 R of sliding, its friction over a thousan
 Exact: a flat face that lies on a belt has the stiffness K times its core's area, wherever it lies. By sampling: points
 stand at most 1.25 R apart, so the end of a belt that slides over another feels their rows (0.3 % of the force for a
 belt of three 25 mm cells with edges of 4 mm, 1.5 % with edges of 1 mm, nothing for a belt without ends). Side on side:
-about K times the thickness per length; the outermost R of a free rim carries less. Overlaps beyond R push less, those
-past the middle of a box pull through: nothing here is meant for boxes inside one another.
+about K times the thickness per length; the outermost R of a free rim carries less. A core shorter than R
+along the box, a < R, carries less too, 1 - (1 - a / R)^2. Overlaps beyond R push less, those past the middle of a box
+pull through: nothing here is meant for boxes inside one another.
 """
 
 from __future__ import annotations
