@@ -330,7 +330,8 @@ _PARTS = (
     Keyword(
         "PART",
         "A rigid body: cylinder (local z = axis), triangle mesh, or infinite plane (local z = outward normal, "
-        "solid below). The row is its centre and orientation; a mesh without a row stays as it is in its file.",
+        "solid below). The row is its centre and orientation; a mesh without a row stays as it is in its file. "
+        "A mesh has two sides and no thickness: it pushes to the side where a particle is.",
         (
             _name("name of the part"),
             _choice("SHAPE", ("CYLINDER", "MESH", "PLANE"), "decides the sizes", required=True),
