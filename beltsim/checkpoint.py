@@ -45,6 +45,9 @@ def take(state: State, sources: list[Source] = ()) -> dict:
         "excluded": tree_of(state.excluded),
         "listed": state.listed.copy(),
         "part_travel": state.part_travel.copy(),
+        "part_work": state.part_work.copy(),
+        "account": tree_of(state.account),
+        "bond_book": None if scene.bonds is None else tree_of(scene.bonds.book),
         "stage": tree_of(state.stage),
         "counts": {name: getattr(state, name) for name in COUNTS},
         "sources": {source.name: tree_of(source) for source in sources},
@@ -76,9 +79,12 @@ def put_back(checkpoint: dict, state: State, sources: list[Source] = ()) -> None
             raise CheckpointError("the checkpoint is of another scene: it has other bonds")
         scene.bonds.intact[:] = checkpoint["intact"]
         scene.bonding.strength = rebuilt(scene.strength, checkpoint["strength"])
+        scene.bonding.bonds = scene.bonds._replace(book=rebuilt(scene.bonds.book, checkpoint["bond_book"]))
     state.lists = rebuilt(state.lists, checkpoint["lists"])
     state.excluded = rebuilt(state.excluded, checkpoint["excluded"])
     state.listed, state.part_travel = checkpoint["listed"].copy(), checkpoint["part_travel"].copy()
+    state.part_work = checkpoint["part_work"].copy()
+    state.account = rebuilt(state.account, checkpoint["account"])
     state.stage = rebuilt(state.stage, checkpoint["stage"])
     for name, value in checkpoint["counts"].items():
         setattr(state, name, value)
@@ -99,6 +105,8 @@ def tree_of(value):
         return {name: tree_of(item) for name, item in zip(value._fields, value)}
     if isinstance(value, tuple):
         return {str(n): tree_of(item) for n, item in enumerate(value)}
+    if isinstance(value, dict):
+        return {name: tree_of(item) for name, item in value.items()}
     if is_dataclass(value):
         return {field.name: tree_of(getattr(value, field.name)) for field in fields(value)}
     return value
@@ -114,6 +122,8 @@ def rebuilt(template, tree):
         generator = np.random.default_rng()
         generator.bit_generator.state = tree
         return generator
+    if isinstance(template, dict):
+        return dict(tree)
     if isinstance(template, tuple) and hasattr(template, "_fields"):
         return type(template)(*(rebuilt(item, tree[name]) for name, item in zip(template._fields, template)))
     if isinstance(template, tuple):

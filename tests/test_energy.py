@@ -5,10 +5,12 @@ import pytest
 import scenes
 
 from beltsim import energy, inp, trajectory
+from beltsim.checkpoint import put_back, take
 from beltsim.engine import begin_stage, state_of
 from beltsim.progress import sentence
 from beltsim.run import prepare, run
 from beltsim.scene import build
+from beltsim.scene.unbuilt import SceneError
 from beltsim.verify.strips import Strip, add_strip, case_deck
 
 G = 9.81
@@ -80,6 +82,16 @@ def test_the_residual_of_an_undamped_strip_stays_bounded():
     # Verlet's energy swings by about (w dt)^2 / 8 of the fastest mode's and does not drift.
     assert np.abs(residual).max() < 0.05 * whole
     assert abs(residual[20:].mean() - residual[:20].mean()) < 1e-3 * whole
+
+
+def test_the_book_goes_on_after_a_checkpoint_as_if_never_interrupted():
+    whole, again = (start(whirled(1e-4, damping=0.3, drag=1.0)) for _ in range(2))
+    scenes.advance(whole, 200)
+    kept = take(whole)
+    scenes.advance(whole, 200)
+    put_back(kept, again)
+    scenes.advance(again, 200)
+    assert energy.balance(again) == energy.balance(whole)
 
 
 def test_a_damped_pair_loses_what_it_had():
@@ -285,6 +297,14 @@ def test_the_terms_of_every_frame_add_up_to_the_residual(tmp_path):
         work = terms["work_drives"] + terms["work_forces"] + terms["work_brought"] - terms["work_taken"]
         rest = now - stored[0] + total(terms, "loss", energy.LOSSES) - work
         assert rest == pytest.approx(terms["energy_residual"], abs=1e-12)
+
+
+def test_the_reference_integrator_keeps_no_book(tmp_path):
+    deck = whirled(1e-4)
+    deck.blocks("STEP")[0].parameters["INTEGRATOR"] = "PEFRL"
+    deck.add("OUTPUT", interval=0.05, fields=("ENERGY",))
+    with pytest.raises(SceneError, match="the energy book"):
+        run(deck, build(deck), str(tmp_path / "out.h5"))
 
 
 def test_without_a_book_nothing_of_it_is_recorded(tmp_path):
