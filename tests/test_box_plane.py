@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scenes import (
+    SOFT,
     UPRIGHT,
     add_boxes,
     add_mesh,
@@ -274,6 +275,19 @@ def test_a_turned_scene_moves_likewise(tmp_path):
         p = particles(state)
         ends.append(turn.inv().apply([p.position[:, 0], p.velocity[:, 0], p.angular_velocity[:, 0]]))
     assert ends[0] == pytest.approx(ends[1], abs=1e-8)
+
+
+def test_a_held_box_may_lie_in_a_floor_with_which_it_has_no_contact_property():
+    """Nothing pushes it, nothing is NaN: held particles and parts need no property."""
+    deck = case(time_step=2e-5, gravity=(0, 0, -9.81), materials={"stuff": SOFT, "stone": SOFT})
+    (block,) = deck.blocks("CONTACT PROPERTY")
+    block.parameters["MATERIAL A"] = block.parameters["MATERIAL B"] = "stuff"
+    add_boxes(deck, [(0.0, 0.0, 0.005)], size=SIZE, edge_radius=EDGE, fixed="YES")
+    add_plane(deck, material="stone")
+    state = start(deck)
+    advance(state, 10)
+    assert loads(state)[0] == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+    assert particles(state).position[:, 0] == pytest.approx((0.0, 0.0, 0.005), abs=0.0)
 
 
 def rail(width):

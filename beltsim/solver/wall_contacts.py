@@ -58,7 +58,7 @@ def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, moves, t
             after += 1
         if start[after] > start[row]:
             for r in range(row, after):
-                find_carriers(particles, shapes, contacts, feelers, walls, parts, r)
+                find_carriers(particles, shapes, laws, contacts, feelers, walls, parts, r)
             if after - row == 1:
                 sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row, time_step)
             else:
@@ -94,7 +94,7 @@ def ball_wall(centre, radius, s, walls, parts):
 
 
 @inner
-def find_carriers(particles, shapes, contacts, feelers, walls, parts, row):
+def find_carriers(particles, shapes, laws, contacts, feelers, walls, parts, row):
     """Mark which walls carry a feeler; what ends hands its history on or loses it.
 
     The normals of those that carry are left where the force will stand, in the first rows of the loads.
@@ -103,7 +103,10 @@ def find_carriers(particles, shapes, contacts, feelers, walls, parts, row):
     begin, end = contacts.start[row], contacts.start[row + 1]
     carries = contacts.beside[0]
     for k in range(begin, end):
-        overlap, normal = ball_wall(centre, radius, contacts.second[k], walls, parts)
+        s = contacts.second[k]
+        overlap, normal = ball_wall(centre, radius, s, walls, parts)
+        if not have_law(laws, shapes, parts, contacts.first[k], part_of_wall(walls, s)):
+            overlap = -1.0
         contacts.overlap[k] = overlap
         if overlap > 0.0:
             put(contacts.loads, k, normal)
@@ -120,6 +123,12 @@ def find_carriers(particles, shapes, contacts, feelers, walls, parts, row):
             put(contacts.loads, k, NONE)
             if contacts.stiffness[k] > 0.0:
                 forget(contacts, k)
+
+
+@inner
+def have_law(laws, shapes, parts, i, p):
+    """Whether particle i and part p have a contact property: without one, what is held may lie in a wall."""
+    return laws[0][shapes.material[i], parts.material[p]] > 0.0
 
 
 @inner
@@ -252,7 +261,7 @@ def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves
                 _, stiffness, _, _ = corner_law(law, contacts.overlap[k], radius, side)
                 total += stiffness
                 moment = plus(moment, stiffness, sub(centre, at(particles.position, i)))
-    if total == 0.0:
+    if total == 0.0:  # no corner carries
         return
     middle = scaled(moment, 1.0 / total)
     for r in range(row, after):
@@ -315,7 +324,8 @@ def wall_point_pass(particles, shapes, laws, contacts, walls, parts, moves, time
             point, 0.0, at(particles.position, i), at4(particles.orientation, i), core, radius
         )
         contacts.overlap[k] = overlap
-        if overlap <= 0.0:
+        if overlap <= 0.0 or not have_law(laws, shapes, parts, i, p):
+            contacts.overlap[k] = min(overlap, 0.0)
             if contacts.stiffness[k] > 0.0:
                 forget(contacts, k)
             continue
