@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from scenes import (
-    BELT,
     BELT_RADIUS,
     BOND_DAMPING,
     BOND_RADIUS,
@@ -171,6 +170,3 @@ def result_of(state: State) -> dict[str, np.ndarray]:
         "spin": particles.angular_velocity.T[order],
         "orientation": particles.orientation.T[order],
     }
-
-
-__all__ = ["BELT", "deck_of", "result_of", "started"]

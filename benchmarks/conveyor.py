@@ -1,6 +1,7 @@
 """S4: the sample conveyor after its run, loaded and moving, as a state of beltsim.
 
-Made once and kept as a checkpoint beside the settled states of `settled.py`: converting and running takes some minutes.
+Made once for each version of the solver's sources, since a checkpoint holds its arrays, and kept beside the settled
+states of `settled.py`: converting and running takes some minutes.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from beltsim.engine import State, advance_by, begin_stage, state_of
 from beltsim.measures import measures_of
 from beltsim.run import Tally, events_of, prepare, turn_over
 from beltsim.scene import build
+from beltsim.solver.jit import cache_folder
 from beltsim.source import source_of
 
 SAMPLE = Path(__file__).parent.parent / "samples" / "conveyor"
@@ -62,7 +64,7 @@ def run_through(state: State) -> list:
 
 def loaded() -> State:
     """The loaded conveyor at the end of its run; no more bulk comes from here on."""
-    path = folder() / "conveyor.h5"
+    path = folder() / f"conveyor_{cache_folder().name}.h5"
     state = begun(case())
     if path.exists():
         checkpoint.put_back(checkpoint.load(path), state)

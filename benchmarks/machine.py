@@ -81,7 +81,6 @@ def limits() -> dict:
         "llvm_target": llvmlite.binding.get_host_cpu_name(),
         "cores": os.cpu_count(),
         "date": datetime.now(UTC).date().isoformat(),
-        "load": os.getloadavg()[0],
         "versions": {
             "python": platform.python_version(),
             "numba": numba.__version__,
