@@ -108,7 +108,11 @@ def run(
     speed = tally.particle_steps / tally.wall if tally.wall else 0.0
     tell(ending(tally, scene, speed, path))
     if as_json:
-        counts = {"particles": scene.population.count, "removed": tally.removed, "broken": len(tally.breaks.time)}
+        counts = {
+            "particles": scene.population.count,
+            "removed": tally.removed,
+            "broken": len(tally.breaks.time),
+        }
         counts["bonds"] = 0 if scene.bonds is None else scene.bonds.first.size
         timings = {"read": read_time, "compile": tally.compile_time, "run": tally.wall}
         masses = {"inserted_mass": tally.inserted, "removed_mass": tally.removed_mass}

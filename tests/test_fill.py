@@ -34,8 +34,9 @@ def trough(angle, *, length=12, wing=4, slope=0.0, speed=2.0, **fill):
         places += [tilt.apply(np.add(place, (n * PITCH, 0.0, 0.0))) for place in across]
         turns += [(tilt * Rotation.from_rotvec([a, 0.0, 0.0])).as_quat(scalar_first=True) for a in lean]
     size = (PITCH + 2 * EDGE, PITCH + 2 * EDGE, THICKNESS)
+    held = "NO" if speed else "YES"  # what is held has no velocity
     ids = scenes.add_boxes(
-        deck, places, size=size, edge_radius=EDGE, group="cover", fixed="YES", orientation=np.array(turns)
+        deck, places, size=size, edge_radius=EDGE, group="cover", fixed=held, orientation=np.array(turns)
     )
     velocity = tilt.apply([speed, 0.0, 0.0])
     rows = {

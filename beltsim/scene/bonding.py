@@ -20,6 +20,8 @@ from beltsim.scene.bodies import Population, stack
 from beltsim.solver.bonds import TILE
 from beltsim.solver.state import BondKinds, Bonds, BondStrength, Runs
 
+EQUAL = 2.0**36  # steps of a mantissa: equal scenes in other units group alike
+TRIADS = slice(1, 9)  # columns of the two triads
 SHORTEST_RUN = 8  # bonds: one vector of doubles; shorter runs cost more in calls than gathering does
 
 
@@ -269,11 +271,20 @@ def strength_row(block: Block, section: Section) -> tuple:
 
 
 def shared_rows(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distinct rows, and which of them each row is, compared bit for bit."""
-    rows = np.ascontiguousarray(values)
-    keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
+    """Distinct rows, and which of them each row is.
+
+    Rows that differ by the rounding of their coordinates only, 1.5e-11 at most, count as equal and take the values of
+    the first: a pitch of 50 mm written as i * 0.05 has 16 different lengths in its last digits, and as many kinds would
+    scatter half of the bonds (69 ns a particle-step instead of 40 on a strip of 400 x 40).
+    """
+    rounded = np.array(values)
+    directions = rounded[:, TRIADS]  # of unit length, with components near zero
+    rounded[:, TRIADS] = np.round(directions * EQUAL) / EQUAL
+    mantissa, exponent = np.frexp(rounded)
+    rounded = np.ldexp(np.round(mantissa * EQUAL) / EQUAL, exponent) + 0.0
+    keys = np.ascontiguousarray(rounded).view(np.dtype((np.void, 8 * rounded.shape[1]))).ravel()
     _, place, kind = np.unique(keys, return_index=True, return_inverse=True)
-    return rows[place], kind
+    return np.ascontiguousarray(values[place]), kind
 
 
 def kinds_of(rows: np.ndarray) -> BondKinds:
