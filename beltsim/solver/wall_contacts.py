@@ -49,24 +49,42 @@ def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, moves, t
 
     `moves` (p,) is 0 for a part whose velocity is that of its surface only.
     """
+    find_carriers(particles, shapes, laws, contacts, feelers, walls, parts)
+    spheres_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step)
+    boxes_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step)
+
+
+@inner
+def rows_of_particle(particle, row):
+    """Past-last row of the feelers of the particle that row begins with: one for a sphere, eight for a box."""
+    after = row + 1
+    while after < particle.size and particle[after] == particle[row]:
+        after += 1
+    return after
+
+
+@kernel
+def spheres_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
+    """Loads of all spheres on the walls that carry them."""
     particle, start = feelers.particle, contacts.start
-    rows = particle.size
     row = 0
-    while row < rows:
-        i, after = particle[row], row + 1
-        while after < rows and particle[after] == i:
-            after += 1
-        if start[after] > start[row]:
-            for r in range(row, after):
-                find_carriers(particles, shapes, laws, contacts, feelers, walls, parts, r)
-            if after - row == 1:
-                sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row, time_step)
-            else:
-                rows_of_box = row, after
-                box_on_walls(
-                    particles, shapes, laws, contacts, feelers, walls, parts, moves, rows_of_box, time_step
-                )
+    while row < particle.size:
+        after = rows_of_particle(particle, row)
+        if after - row == 1 and start[after] > start[row]:
+            sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row, time_step)
         row = after
+
+
+@kernel
+def boxes_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
+    """Loads of all boxes on the walls that carry their corners."""
+    particle, start = feelers.particle, contacts.start
+    row = 0
+    while row < particle.size:
+        rows = row, rows_of_particle(particle, row)
+        if rows[1] - row > 1 and start[rows[1]] > start[row]:
+            box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, rows, time_step)
+        row = rows[1]
 
 
 @inner
@@ -93,36 +111,42 @@ def ball_wall(centre, radius, s, walls, parts):
     return overlap, rotate(at4(parts.orientation, p), normal)
 
 
-@inner
-def find_carriers(particles, shapes, laws, contacts, feelers, walls, parts, row):
-    """Mark which walls carry a feeler; what ends hands its history on or loses it.
+@kernel
+def find_carriers(particles, shapes, laws, contacts, feelers, walls, parts):
+    """Mark which walls carry each feeler; what ends hands its history on or loses it.
 
-    The normals of those that carry are left where the force will stand, in the first rows of the loads.
+    The normals of those that carry are left where the force will stand, in the first rows of the loads. All arrays are
+    locals here: taken from their tuples in the loop, the same cost 2.5 times as much.
     """
-    centre, radius = feeler_centre(particles, feelers, row), shapes.radius[feelers.particle[row]]
-    begin, end = contacts.start[row], contacts.start[row + 1]
-    carries = contacts.beside[0]
-    for k in range(begin, end):
-        s = contacts.second[k]
-        overlap, normal = ball_wall(centre, radius, s, walls, parts)
-        if not have_law(laws, shapes, parts, contacts.first[k], part_of_wall(walls, s)):
-            overlap = -1.0
-        contacts.overlap[k] = overlap
-        if overlap > 0.0:
-            put(contacts.loads, k, normal)
-    for k in range(begin, end):
-        own = contacts.overlap[k] > 0.0
-        if own and contacts.second[k] < walls.part.size:
-            own = is_own_minimum(contacts, walls, parts, centre, radius, k, begin, end)
-        carries[k] = 1 if own else 0
-    for k in range(begin, end):
-        if carries[k] and contacts.stiffness[k] == 0.0 and contacts.second[k] < walls.part.size:
-            inherit_from_beside(contacts, walls, carries, k, begin, end)
-    for k in range(begin, end):
-        if not carries[k]:
-            put(contacts.loads, k, NONE)
-            if contacts.stiffness[k] > 0.0:
-                forget(contacts, k)
+    start, second, overlaps = contacts.start, contacts.second, contacts.overlap
+    stiffness, loads, carries = contacts.stiffness, contacts.loads, contacts.beside
+    particle, radii, triangles = feelers.particle, shapes.radius, walls.part.size
+    for row in range(particle.size):
+        begin, end = start[row], start[row + 1]
+        if begin == end:
+            continue
+        i = particle[row]
+        centre, radius = feeler_centre(particles, feelers, row), radii[i]
+        for k in range(begin, end):
+            s = second[k]
+            overlap, normal = ball_wall(centre, radius, s, walls, parts)
+            if not have_law(laws, shapes, parts, i, part_of_wall(walls, s)):
+                overlap = -1.0
+            overlaps[k] = overlap
+            put(loads, k, normal)
+        for k in range(begin, end):
+            own = overlaps[k] > 0.0
+            if own and second[k] < triangles:
+                own = is_own_minimum(contacts, walls, parts, centre, radius, k, begin, end)
+            carries[0, k] = 1 if own else 0
+        for k in range(begin, end):
+            if carries[0, k] == 1 and stiffness[k] == 0.0 and second[k] < triangles:
+                inherit_from_beside(contacts, walls, k, begin, end)
+        for k in range(begin, end):
+            if carries[0, k] == 0:
+                put(loads, k, NONE)
+                if stiffness[k] > 0.0:
+                    forget(contacts, k)
 
 
 @inner
@@ -134,23 +158,22 @@ def have_law(laws, shapes, parts, i, p):
 @inner
 def is_own_minimum(contacts, walls, parts, centre, radius, k, begin, end):
     """Whether no neighbouring triangle in the row begin:end takes the touching pair k over."""
-    t = contacts.second[k]
+    second, overlaps, beside, alike = contacts.second, contacts.overlap, walls.beside, walls.alike
+    t, own = second[k], overlaps[k]
     a, b, c = corners_of(walls, t)
     nearest, in_face = nearest_on_triangle(into_part(centre, parts, walls.part[t]), a, b, c)
     for n in range(walls.beside_start[t], walls.beside_start[t + 1]):
-        other = place_of(contacts.second, walls.beside[n], begin, end)
-        if other < 0:
+        other = place_of(second, beside[n], begin, end)
+        if other < 0 or overlaps[other] < own or (overlaps[other] == own and other > k):
             continue
-        rival, own = contacts.overlap[other], contacts.overlap[k]
-        if rival > own or (rival == own and other < k):
-            if in_face:
-                taken = walls.alike[n]
-            else:
-                a, b, c = corners_of(walls, walls.beside[n])
-                there, _ = nearest_on_triangle(nearest, a, b, c)
-                taken = norm(sub(there, nearest)) < SAME_POINT * radius
-            if taken:
-                return False
+        if in_face:
+            taken = alike[n]
+        else:
+            a, b, c = corners_of(walls, beside[n])
+            there, _ = nearest_on_triangle(nearest, a, b, c)
+            taken = norm(sub(there, nearest)) < SAME_POINT * radius
+        if taken:
+            return False
     return True
 
 
@@ -168,12 +191,12 @@ def place_of(values, wanted, begin, end):
 
 
 @inner
-def inherit_from_beside(contacts, walls, carries, k, begin, end):
+def inherit_from_beside(contacts, walls, k, begin, end):
     """Hand the history of a neighbouring triangle that carries no more on to pair k."""
     t = contacts.second[k]
     for n in range(walls.beside_start[t], walls.beside_start[t + 1]):
         other = place_of(contacts.second, walls.beside[n], begin, end)
-        if other >= 0 and contacts.stiffness[other] > 0.0 and not carries[other]:
+        if other >= 0 and contacts.stiffness[other] > 0.0 and contacts.beside[0, other] == 0:
             contacts.stiffness[k] = contacts.stiffness[other]
             put(contacts.spring, k, at(contacts.spring, other))
             put(contacts.rolling, k, at(contacts.rolling, other))
