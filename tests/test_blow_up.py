@@ -67,3 +67,20 @@ def test_a_position_that_is_no_number_is_found_at_once():
     state.scene.population.particles.velocity[0, 1] = np.nan
     with pytest.raises(BlowUp, match="particle 2"):
         advance_by(state, 1)
+
+
+def test_a_held_sphere_in_a_plane_without_a_contact_property_is_left_alone():
+    """Held things never touch, so the pair needs no property; the law of the pair is all zeros, and so is its force."""
+    deck = inp.Deck()
+    deck.add("FORMAT", name="BELTSIM", version=1)
+    for name in "ab":
+        deck.add("MATERIAL", name=name, density=1000.0, youngs_modulus=1e6, poisson_ratio=0.3)
+    add_spheres(deck, [[0.0, 0.0, 0.005]], radius=0.01, material="a", fixed="YES")
+    rows = {"position": [[0.0, 0.0, 0.0]], "orientation": [UPRIGHT]}
+    deck.add("PART", name="floor", shape="PLANE", material="b", rows=rows)
+    deck.add("STEP", duration=1.0, time_step=1e-4)
+    state = started(deck)
+    advance_by(state, 3)
+    particles = state.scene.population.particles
+    assert np.array_equal(particles.position[:, 0], [0.0, 0.0, 0.005])
+    assert np.all(particles.force == 0.0)

@@ -37,6 +37,7 @@ from beltsim.solver.vectors import across, add, norm, plus, scaled, sub
 
 LINE_STIFFNESS = math.pi / 4.0
 HERTZ_DAMPING = math.sqrt(5.0 / 6.0)
+TINY = 1e-300
 PUNCH_STIFFNESS = 2.0 / math.sqrt(math.pi)  # of a flat punch, over E* sqrt(A)
 
 
@@ -74,13 +75,19 @@ def hertz(overlap, radius, modulus):
 
 
 @inner
+def shear_ratio(pair):
+    """S_t / S_n = 4 G* / E*; 0 for materials that have no contact property, so that they push nothing."""
+    return 4.0 * pair.shear_modulus / max(pair.normal_modulus, TINY)
+
+
+@inner
 def hertz_point(pair, overlap, radius):
     """Elastic force, normal and tangential stiffness and damping ratio of two rounded surfaces, Hertz-Mindlin."""
     elastic, stiffness = hertz(overlap, radius, pair.normal_modulus)
     return (
         elastic,
         stiffness,
-        stiffness * 4.0 * pair.shear_modulus / pair.normal_modulus,
+        stiffness * shear_ratio(pair),
         HERTZ_DAMPING * pair.damping,
     )
 
@@ -104,7 +111,7 @@ def hertz_line(pair, area, length, whole):  # noqa: ARG001
     return (
         per_length * area,
         stiffness,
-        stiffness * 4.0 * pair.shear_modulus / pair.normal_modulus,
+        stiffness * shear_ratio(pair),
         pair.damping,
     )
 
@@ -129,7 +136,7 @@ def hertz_corner(pair, overlap, radius, side):
     return (
         elastic + punch * overlap,
         stiffness,
-        stiffness * 4.0 * pair.shear_modulus / pair.normal_modulus,
+        stiffness * shear_ratio(pair),
         pair.damping,
     )
 
