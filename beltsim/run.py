@@ -21,7 +21,6 @@ from beltsim.record import OBSERVABLES, contents_of, frame_of, keeps_energy
 from beltsim.scene import Scene
 from beltsim.scene.build import prescribe_velocities
 from beltsim.scene.machinery import acts_in, drives_of, table_of
-from beltsim.scene.unbuilt import SceneError, problem
 from beltsim.solver.steps import GivenLoads
 from beltsim.source import Source, arrivals, pause_of, planned_count, source_of
 from beltsim.stepsize import choose, present_limit, refuse_reference
@@ -181,10 +180,7 @@ def prepare(state: State, block: Block, start: float, say, allow_unstable: bool)
     given = given_loads(scene, name)
     stage = Stage(time_step, start, spins, slides, given, drag, wind, turned, block["INTEGRATOR"])
     if stage.integrator == "PEFRL":
-        refuse_reference(scene, block, stage)
-        if state.account is not None:
-            found = "INTEGRATOR=PEFRL with the energy book (FIELDS=ENERGY)"
-            raise SceneError(problem(block, found, "VERLET: the book follows its kicks"))
+        refuse_reference(scene, block, stage, booked=state.account is not None)
     return stage
 
 

@@ -265,8 +265,11 @@ def stiffness_ratio(scene: Scene) -> float:
     return float(np.min(factor * tangential[touching] / normal[touching]))
 
 
-def refuse_reference(scene: Scene, block, stage) -> None:
-    """Raise `TimeStepError` if a scene has forces that depend on velocities, or parts that move."""
+def refuse_reference(scene: Scene, block, stage, *, booked: bool = False) -> None:
+    """Raise `TimeStepError` if a scene has forces that depend on velocities, parts that move or an energy book.
+
+    The book follows the kicks of velocity Verlet.
+    """
     laws, kinds = scene.laws, scene.kinds
     spins, slides = stage.spins, stage.slides
     found = {
@@ -276,6 +279,7 @@ def refuse_reference(scene: Scene, block, stage) -> None:
         "a *CONTACT PROPERTY with FRICTION": bool(np.any(laws.friction) or np.any(laws.rolling_friction)),
         "*DAMPING": stage.drag > 0.0,
         "a *SOURCE": bool(scene.sources),
+        "the energy book (FIELDS=ENERGY)": booked,
         "moving parts": bool(
             np.any(spins.mode == FREE)
             or np.any(spins.rate)
@@ -287,5 +291,5 @@ def refuse_reference(scene: Scene, block, stage) -> None:
     if reasons:
         raise TimeStepError(
             f"{block.where}: found INTEGRATOR=PEFRL with {', '.join(reasons)}, expected a scene whose forces depend on "
-            "positions only; VERLET runs it"
+            "positions only, without a book; VERLET runs it"
         )

@@ -10,7 +10,7 @@ from beltsim.engine import begin_stage, state_of
 from beltsim.progress import sentence
 from beltsim.run import prepare, run
 from beltsim.scene import build
-from beltsim.scene.unbuilt import SceneError
+from beltsim.stepsize import TimeStepError
 from beltsim.verify.strips import Strip, add_strip, case_deck
 
 G = 9.81
@@ -306,7 +306,7 @@ def test_the_reference_integrator_keeps_no_book(tmp_path):
     deck = whirled(1e-4)
     deck.blocks("STEP")[0].parameters["INTEGRATOR"] = "PEFRL"
     deck.add("OUTPUT", interval=0.05, fields=("ENERGY",))
-    with pytest.raises(SceneError, match="the energy book"):
+    with pytest.raises(TimeStepError, match="the energy book"):
         run(deck, build(deck), str(tmp_path / "out.h5"))
 
 
