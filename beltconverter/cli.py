@@ -35,7 +35,7 @@ def main(context, mesh, output, preview, overwrite, as_json, quiet, **options) -
     if as_json and output == "-":
         raise console.UsageProblem("-o - and --json both print to stdout: give one of them")
     for path in (output, preview):
-        console.refuse_existing(path, overwrite=overwrite)
+        console.refuse_existing(path, overwrite=overwrite, inputs=[mesh])
     if preview and Path(preview).suffix.lower() not in (".png", ".html"):
         raise console.UsageProblem(f"--preview {preview}: expected a name that ends in .png or .html")
     _convert(

@@ -44,7 +44,7 @@ def main() -> None:
 
 
 @main.command()
-@click.argument("case", type=click.Path(allow_dash=True))
+@click.argument("case", type=click.Path(allow_dash=True, dir_okay=False))
 @click.option(
     "-o",
     "--output",
@@ -71,12 +71,13 @@ def run(
         beltsim run case.inp -o case.h5
     """
     path = trajectory_path(case, output)
-    refuse_existing(path, overwrite=overwrite)
+    refuse_existing(path, overwrite=overwrite, inputs=[case])
     from beltsim import inp
 
     clock = time.perf_counter()
     deck = inp.read_case(case)
     read_time = time.perf_counter() - clock
+    refuse_existing(path, overwrite=overwrite, inputs={block.where.file for block in deck.blocks()})
 
     from beltsim.progress import reporter
     from beltsim.provenance import case_text, provenance

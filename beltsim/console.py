@@ -10,7 +10,7 @@ import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from enum import IntEnum
 from pathlib import Path
@@ -84,13 +84,23 @@ def _file_of(error: Exception) -> str:
     return f"{name}: " if name else ""
 
 
-def refuse_existing(path: str | Path | None, *, overwrite: bool) -> None:
-    """Raise `UsageProblem` if `path` lies in no folder or names an existing file that may not be replaced."""
+def refuse_existing(path: str | Path | None, *, overwrite: bool, inputs: Iterable[str | Path] = ()) -> None:
+    """Raise `UsageProblem` if `path` cannot be written: no folder or no right, one of `inputs`, or there already."""
     if path is None or str(path) == "-":
         return
-    if not Path(path).parent.is_dir():
-        raise UsageProblem(f"{path}: the folder {Path(path).parent} does not exist")
-    if Path(path).exists() and not overwrite:
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise UsageProblem(f"{path}: the folder {target.parent} does not exist")
+    if target.is_dir():
+        raise UsageProblem(f"{path}: found a folder, expected the name of a file to write")
+    if not os.access(target.parent, os.W_OK):
+        raise UsageProblem(f"{path}: the folder {target.parent} may not be written to")
+    if not target.exists():
+        return
+    for name in inputs:
+        if Path(name).exists() and target.samefile(name):
+            raise UsageProblem(f"{path}: the output would replace the input {name}")
+    if not overwrite:
         raise UsageProblem(f"{path}: the file exists; --overwrite replaces it")
 
 

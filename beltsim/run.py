@@ -28,6 +28,7 @@ from beltsim.trajectory import Frame, TrajectoryWriter
 from beltsim.turnover import insert, outside, remove
 
 LONGEST_BATCH = 0.25  # s of wall time between two looks at signals
+DEEP_OVERLAP = 0.1  # of the smaller radius: ten times what a well chosen stiffness gives
 DOMAIN_PAUSE = 0.01  # s of simulated time between two looks at the domain's bounds
 
 
@@ -150,7 +151,15 @@ def run(
             if start >= end:
                 break
             stage = first if number == 0 else prepare(state, block, start, say, allow_unstable)
+            if number == 0:
+                say(
+                    "preparing kernels; a scene of a new kind compiles them first, once, in about half a minute"
+                )
             compile_kernels(state, stage, tally)
+            if number == 0:
+                tally.messages += [*overlap_warnings(state), *until_warnings(scene, until)]
+                for message in tally.messages:
+                    say(message)
             if number == 0:
                 writer.append(frame_now(state, contents, tally))
             stage_end, flows = min(end, start + block["DURATION"]), bool(tally.measures.flows)
@@ -219,6 +228,39 @@ def compile_kernels(state: State, stage: Stage, tally: Tally) -> None:
     begin_stage(state, stage)
     advance_by(state, 0)
     tally.compile_time += time.perf_counter() - clock
+
+
+def until_warnings(scene: Scene, until: float) -> list[str]:
+    """A word about an end that lies behind the last step."""
+    total = sum(block["DURATION"] for block in scene.steps)
+    if not total < until < math.inf:
+        return []
+    return [f"warning: the steps end at {total:g} s, before --until {until:g}"]
+
+
+def overlap_warnings(state: State) -> list[str]:
+    """A word about spheres that overlap deeply before the first step: they will burst apart."""
+    scene = state.scene
+    radius, ids = scene.shapes.radius, scene.population.id
+    names = [part.name for part in scene.machinery.info]
+    found = []
+    for family, of_parts in ((state.lists.spheres, False), (state.lists.sphere_parts, True)):
+        if family is None:
+            continue
+        contacts = family[0]
+        share = contacts.overlap / radius[contacts.first]
+        if not of_parts:
+            share = np.maximum(share, contacts.overlap / radius[contacts.second])
+        for k in np.flatnonzero(share > DEEP_OVERLAP):
+            other = f"part {names[contacts.second[k]]}" if of_parts else f"particle {ids[contacts.second[k]]}"
+            found.append(
+                f"particle {ids[contacts.first[k]]} and {other} overlap by {contacts.overlap[k]:.3g} m "
+                f"({100.0 * share[k]:.0f} % of the radius)"
+            )
+    if not found:
+        return []
+    more = f" and {len(found) - 5} pairs more" if len(found) > 5 else ""
+    return [f"warning: before the first step {'; '.join(found[:5])}{more}: they will burst apart"]
 
 
 def planned_frames(scene: Scene, outputs: list[Block], end: float) -> int:

@@ -40,7 +40,7 @@ def main(sat, output, belts, as_list, as_json, preview, overwrite, quiet, **opti
             f"--preview: found {preview}, expected a file name ending in .png or .html"
         )
     for path in (output, preview):
-        console.refuse_existing(path, overwrite=overwrite)
+        console.refuse_existing(path, overwrite=overwrite, inputs=[sat])
     _run(sat, output, belts, preview, (as_list, as_json), overwrite, quiet, settings)
 
 

@@ -223,3 +223,32 @@ def test_an_interrupt_ends_the_run_in_good_order(ball):
     assert process.returncode == ExitCode.INTERRUPTED, errors
     with trajectory.read(path) as frames:
         assert len(frames) >= 1
+
+
+def test_an_output_that_is_the_input_is_refused(ball):
+    """--overwrite replaces an earlier trajectory, never the deck or what it includes."""
+    text = ball.read_text()
+    part = ball.with_name("part.inp")
+    part.write_text("*GRAVITY\n0, 0, -10\n")
+    ball.write_text(text.replace("*GRAVITY\n0, 0, -10\n", "*INCLUDE, INPUT=part.inp\n"))
+    for target in (ball, part):
+        result = run(ball, "-o", target, "--overwrite")
+        assert result.exit_code == ExitCode.USAGE, result.output
+        assert "would replace the input" in result.output
+    assert part.read_text().startswith("*GRAVITY")
+
+
+def test_a_folder_is_no_case(tmp_path):
+    result = run(tmp_path)
+    assert result.exit_code == ExitCode.USAGE
+    assert "Traceback" not in result.output
+
+
+def test_deep_overlap_before_the_first_step_is_said(tmp_path):
+    """With both ids and the overlap, before anything bursts apart."""
+    path = tmp_path / "deep.inp"
+    text = BALL.replace("7, 0, 0, 1, 1, 0, 0, 0\n", "7, 0, 0, 1, 1, 0, 0, 0\n8, 0.05, 0, 1, 1, 0, 0, 0\n")
+    path.write_text(text + "*STEP, DURATION=0.001\n")
+    result = run(path, "--json")
+    assert "particle 7 and particle 8 overlap by 0.05 m (100 % of the radius)" in result.output
+    assert json.loads(result.stdout)["warnings"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
@@ -31,7 +33,7 @@ def annotate(image: Image.Image, scenery: Scenery) -> Image.Image:
 def _colour_bar(image: Image.Image, font: ImageFont.FreeTypeFont, legend: Legend) -> None:
     """A panel in the middle of the right edge: the label, and below it the bar with five values."""
     em = font.size
-    values = [f"{value:.3g}" for value in np.linspace(legend.high, legend.low, 5)]
+    values = tick_texts(legend.low, legend.high)
     widest = max(font.getlength(legend.label), 1.8 * em + max(map(font.getlength, values)))
     right, top, bottom = image.width - 0.7 * em, 0.2 * image.height, 0.8 * image.height
     left = right - widest - 1.4 * em
@@ -42,6 +44,14 @@ def _colour_bar(image: Image.Image, font: ImageFont.FreeTypeFont, legend: Legend
     for place, value in zip(np.linspace(top + 2.4 * em, bottom - 0.9 * em, 5), values):
         draw.line((left + 1.7 * em, place, left + 2.1 * em, place), INK)
         draw.text((left + 2.4 * em, place), value, INK, font, anchor="lm")
+
+
+def tick_texts(low: float, high: float) -> list[str]:
+    """Five values from high to low, with the digits that their distance needs: 1.015 beside 1.03, not 1.02."""
+    step = (high - low) / 4.0
+    size = max(abs(low), abs(high))
+    digits = 3 if step <= 0.0 or size == 0.0 else max(3, 2 + math.ceil(math.log10(size / step)))
+    return [f"{value:.{min(digits, 9)}g}" for value in np.linspace(high, low, 5)]
 
 
 def _bar(image: Image.Image, place: tuple[int, int, int, int], legend: Legend) -> None:
