@@ -95,7 +95,10 @@ def refuse_unwritable(output: str | None, overwrite: bool) -> None:
         raise UsageProblem(
             f"{output}: expected a file name such as {output}.md; the plots go to the folder {output}"
         )
-    refuse_existing(target.with_suffix(""), overwrite=overwrite)
+    if target.with_suffix("").exists() and not overwrite:
+        raise UsageProblem(
+            f"{target.with_suffix('')}: the folder of plots exists; --overwrite writes into it"
+        )
 
 
 def chosen_cases(only: str | None, quick: bool) -> list:
