@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from beltsim import inp
 from beltsim.inp import Block, Deck
 from beltsim.solver.state import Particles
 
@@ -133,7 +134,7 @@ def make_particles(
 def populate(deck: Deck) -> Population:
     """All particles of a deck, with sizes and velocities of their own rows."""
     densities = {block["NAME"]: block["DENSITY"] for block in deck.blocks("MATERIAL")}
-    bodies = [body_of(block, densities) for block in unique(deck, "PARTICLE TYPE")]
+    bodies = [body_of(block, densities) for block in inp.by_name(deck, "PARTICLE TYPE").values()]
     rows = {body.name: row for row, body in enumerate(bodies)}
     blocks = deck.blocks("PARTICLE")
     ids = stack([block.rows["id"] for block in blocks], (0,), np.int64)
@@ -196,11 +197,6 @@ def hold_fixed(population: Population) -> None:
         for array in (particles.mobility, particles.velocity, particles.angular_velocity):
             array[:, held] = 0.0
         particles.angular_momentum[:, held] = 0.0
-
-
-def unique(deck: Deck, keyword: str) -> list[Block]:
-    """Blocks of a keyword, identical redefinitions once."""
-    return list({block["NAME"]: block for block in deck.blocks(keyword)}.values())
 
 
 def stack(arrays: list, empty: tuple, dtype=np.float64) -> np.ndarray:

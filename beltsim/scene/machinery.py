@@ -9,7 +9,7 @@ import numpy as np
 
 from beltsim import inp
 from beltsim.inp import Block, Deck
-from beltsim.scene.bodies import BOX, CYLINDER, Body, Population, unique
+from beltsim.scene.bodies import BOX, CYLINDER, Body, Population
 from beltsim.scene.mesh_file import MeshProblem, read_mesh
 from beltsim.scene.touching import Groups, Materials, of_shape
 from beltsim.scene.unbuilt import SceneError, problem
@@ -57,7 +57,7 @@ def machinery_of(deck: Deck, population: Population, materials: Materials, group
         If a mesh file cannot be used.
     """
     meshes = meshes_of(deck)
-    rows = [row_of_part(block, materials, groups) for block in unique(deck, "PART")]
+    rows = [row_of_part(block, materials, groups) for block in inp.by_name(deck, "PART").values()]
     rows += [row_of_cylinder(population, slot, materials, groups) for slot in of_shape(population, CYLINDER)]
     info = [row[0] for row in rows]
     count = len(rows)
@@ -89,7 +89,7 @@ def machinery_of(deck: Deck, population: Population, materials: Materials, group
 def meshes_of(deck: Deck) -> list[Mesh]:
     """All mesh parts, with their number among the parts."""
     meshes, problems = [], []
-    for n, block in enumerate(unique(deck, "PART")):
+    for n, block in enumerate(inp.by_name(deck, "PART").values()):
         if block["SHAPE"] == MESH:
             try:
                 vertices, triangles = read_mesh(block)
@@ -154,7 +154,7 @@ def row_of_cylinder(population: Population, slot: int, materials: Materials, gro
 
 def amplitudes_of(deck: Deck) -> tuple[Amplitudes, dict[str, int]]:
     """All *AMPLITUDE tables, and the number of each by name."""
-    blocks = unique(deck, "AMPLITUDE")
+    blocks = list(inp.by_name(deck, "AMPLITUDE").values())
     start = np.cumsum([0, *(len(block) for block in blocks)]).astype(np.int64)
     if not blocks:
         return Amplitudes(start, np.zeros(0), np.zeros(0)), {}

@@ -6,7 +6,7 @@ import numpy as np
 
 from beltsim import inp
 from beltsim.inp import Deck
-from beltsim.scene.bodies import BOX, CYLINDER, SPHERE, Body, Population, unique
+from beltsim.scene.bodies import BOX, CYLINDER, SPHERE, Body, Population
 from beltsim.solver.contact import damping_of_restitution
 from beltsim.solver.state import Laws, LinearLaws, Shapes
 
@@ -17,7 +17,7 @@ class Materials:
     """Rows of the contact laws by material name."""
 
     def __init__(self, deck: Deck):
-        self.blocks = unique(deck, "MATERIAL")
+        self.blocks = list(inp.by_name(deck, "MATERIAL").values())
         self.row = {block["NAME"]: row for row, block in enumerate(self.blocks)}
         self.laws = laws_of(deck, self.blocks)
 
@@ -68,17 +68,10 @@ class Groups:
     """Rows of `may_touch` by group name; row 0 is for things without a group, which touch everything."""
 
     def __init__(self, deck: Deck):
-        blocks = unique(deck, "CONTACT GROUP")
-        self.row = {block["NAME"]: row for row, block in enumerate(blocks, start=1)}
-        self.may_touch = np.ones((len(blocks) + 1,) * 2, bool)
-        belts = [None, *(block.get("BELT") for block in blocks)]
-        for a in range(1, len(belts)):
-            for b in range(1, len(belts)):
-                same_belt = belts[a] is not None and belts[a] == belts[b]
-                self.may_touch[a, b] = not (a == b or same_belt)
-        for block in deck.blocks("CONTACT GROUP PAIR"):
-            a, b = self.row[block["GROUP A"]], self.row[block["GROUP B"]]
-            self.may_touch[a, b] = self.may_touch[b, a] = block["CONTACT"]
+        rule = inp.contact_groups(deck)
+        names = [None, *inp.by_name(deck, "CONTACT GROUP")]
+        self.row = {name: row for row, name in enumerate(names) if name is not None}
+        self.may_touch = np.array([[rule.touch(a, b) for b in names] for a in names], bool)
 
     def of(self, name: str | None) -> int:
         """Row of a group name, or of none."""
