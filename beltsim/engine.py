@@ -24,6 +24,7 @@ from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE
 from beltsim.scene.touching import of_shape
 from beltsim.solver.bonds import bond_measures
+from beltsim.solver.integration import spin_of_momentum
 from beltsim.solver.motion import Slides, Spins
 from beltsim.solver.reference_integrator import advance_reference
 from beltsim.solver.steps import (
@@ -36,7 +37,6 @@ from beltsim.solver.steps import (
     GivenLoads,
     advance,
     find_forces,
-    spin_of_momentum,
 )
 from beltsim.wall_lists import part_of_pairs, part_of_points
 

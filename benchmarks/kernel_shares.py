@@ -10,8 +10,8 @@ import time
 
 from beltsim.engine import State, advance_by, renew_lists, solver_arguments
 from beltsim.lists import Lists
-from beltsim.solver.bonds import rows3
-from beltsim.solver.steps import find_forces, kick, kick_and_drift, sum_loads
+from beltsim.solver.integration import kick, kick_and_drift
+from beltsim.solver.steps import find_forces, sum_loads
 
 ENOUGH = 0.1  # s of CPU for each figure
 
@@ -50,7 +50,7 @@ def shares(state: State, steps: int = 200) -> dict:
     base = seconds(forces_with(state, False, None))
     found = {
         "drift and rotation": seconds(lambda: kick_and_drift(particles, environment, 0.0, 1.0, 1.0)),
-        "last kick": seconds(lambda: last_kick(particles)),
+        "last kick": seconds(lambda: kick(particles, 0.0)),
         "gravity": base,
     }
     if state.scene.bonds is not None:
@@ -72,17 +72,3 @@ def shares(state: State, steps: int = 200) -> dict:
         "pairs": pairs,
         "particles": state.scene.population.count,
     }
-
-
-def last_kick(particles) -> None:
-    """The second half kick, of no time."""
-    kick(
-        rows3(particles.velocity),
-        rows3(particles.angular_momentum),
-        rows3(particles.force),
-        rows3(particles.torque),
-        particles.mass,
-        particles.mobility[0],
-        particles.mobility[1],
-        0.0,
-    )

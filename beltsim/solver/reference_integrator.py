@@ -3,27 +3,16 @@
 Omelyan, Mryglod and Folk 2002 (Computer Physics Communications 146, 188): five drifts and four kicks a step, stable
 up to some 1.2 of the step that velocity Verlet can take.
 It holds for forces that depend on positions only, so scenes with damping or friction are refused (`beltsim.stepsize`).
-The free rotation of each drift must be of fourth order too: the symplectic splitting of `steps.turn_freely` is of
+The free rotation of each drift must be of fourth order too: the symplectic splitting of `integration.turn_freely` is of
 second order, and three of them with the weights of Yoshida (1990, Physics Letters A 150, 262) are of fourth.
 """
 
 from __future__ import annotations
 
 from beltsim.solver.bonds import of, of4, rows3, rows4
+from beltsim.solver.integration import in_body, kick, translate, turn_freely, world_spin
 from beltsim.solver.jit import kernel
-from beltsim.solver.steps import (
-    DONE,
-    LISTS_STALE,
-    LOST,
-    TOO_FAST,
-    Clock,
-    find_forces,
-    in_body,
-    kick,
-    translate,
-    turn_freely,
-    world_spin,
-)
+from beltsim.solver.steps import DONE, LISTS_STALE, LOST, TOO_FAST, Clock, find_forces
 
 XI = 0.1786178958448091
 LAMBDA = -0.2123418310626054
@@ -84,18 +73,8 @@ def drift(particles, environment, time_step, reach, cap):
 @kernel
 def kick_by(particles, time_step):
     """Push of all particles by the present loads over a time."""
-    mobility = particles.mobility
     # `kick` is half a step of Verlet.
-    kick(
-        rows3(particles.velocity),
-        rows3(particles.angular_momentum),
-        rows3(particles.force),
-        rows3(particles.torque),
-        particles.mass,
-        mobility[0],
-        mobility[1],
-        2.0 * time_step,
-    )
+    kick(particles, 2.0 * time_step)
 
 
 @kernel
