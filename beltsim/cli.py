@@ -37,6 +37,21 @@ class LazyGroup(click.Group):
         return super().get_command(context, name)
 
 
+class ThreadCount(click.ParamType):
+    """A count of threads; None for "auto"."""
+
+    name = "count of threads"
+
+    def convert(self, value, param, context) -> int | None:
+        """The count, from 1 up."""
+        if value is None or value == "auto":
+            return None
+        try:
+            return click.IntRange(min=1).convert(value, param, context)
+        except click.BadParameter:
+            self.fail(f"found {value}, expected auto or a count from 1 up", param, context)
+
+
 @click.group(cls=LazyGroup)
 @click.version_option(__version__, prog_name="beltsim")
 def main() -> None:
@@ -58,18 +73,33 @@ def main() -> None:
 @click.option(
     "--allow-unstable", is_flag=True, help="Run a given time step above the stability limit, for studies."
 )
+@click.option(
+    "--threads",
+    type=ThreadCount(),
+    metavar="N|auto",
+    default="auto",
+    show_default=True,
+    help="Threads to use; auto: all CPUs that it may use, one for a small scene. Results are the same for any.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print a summary as one JSON object on stdout.")
 @click.option("-q", "--quiet", is_flag=True, help="No messages but errors.")
 @guarded
 def run(
-    case: str, output: str | None, until, overwrite: bool, allow_unstable: bool, as_json: bool, quiet: bool
+    case: str,
+    output: str | None,
+    until,
+    overwrite: bool,
+    allow_unstable: bool,
+    threads: int | None,
+    as_json: bool,
+    quiet: bool,
 ) -> None:
-    r"""Run the INP deck CASE ("-": stdin) and write an HDF5 trajectory.
+    """Run the INP deck CASE ("-": stdin) and write an HDF5 trajectory.
 
     \b
     Example:
         beltsim run case.inp -o case.h5
-    """
+    """  # noqa: D301 - click wants the character itself
     path = trajectory_path(case, output)
     refuse_existing(path, overwrite=overwrite, inputs=[case])
     from beltsim import inp
@@ -100,6 +130,7 @@ def run(
                 allow_unstable=allow_unstable,
                 case_text=case_text(deck),
                 provenance=provenance(deck, sys.argv),
+                threads=threads,
                 report=report,
                 say=tell,
                 stop=stop,

@@ -83,6 +83,7 @@ class State:
     step: int = 0
     total_steps: int = 0
     list_builds: int = 0
+    team: int | None = None  # threads, None: one
 
     @property
     def time(self) -> float:
@@ -215,6 +216,7 @@ def solver_arguments(state: State, time_step: float | None = None) -> tuple:
         stage.turned,
         np.ascontiguousarray(scene.population.particles.angular_velocity[:, stage.turned]),
         None if state.account is None else state.account.ledger,
+        state.team,
     )
     clock = Clock(dt, stage.start, state.step, state.skin, state.cap)
     return (

@@ -27,7 +27,6 @@ def provenance(deck: Deck, command: list[str]) -> dict:
         "machine": platform.machine(),
         "packages": {name: installed(name) for name in PACKAGES},
         "command": command,
-        "threads": 1,
         "seeds": {block["NAME"]: block["SEED"] for block in deck.blocks("SOURCE")},
         "inputs": inputs_of(deck),
     }

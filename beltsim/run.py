@@ -24,6 +24,7 @@ from beltsim.scene.machinery import acts_in, drives_of, table_of
 from beltsim.solver.steps import GivenLoads
 from beltsim.source import Source, arrivals, pause_of, planned_count, source_of
 from beltsim.stepsize import choose, present_limit, refuse_reference
+from beltsim.threads import start_team, team_of, too_many
 from beltsim.trajectory import Frame, TrajectoryWriter
 from beltsim.turnover import insert, outside, remove
 
@@ -108,6 +109,7 @@ def run(
     allow_unstable: bool = False,
     case_text: bytes = b"",
     provenance: dict | None = None,
+    threads: int | None = None,
     report: Callable[[Progress], None] = lambda _: None,
     say: Callable[[str], None] = lambda _: None,
     stop: Callable[[], ExitCode | None] = lambda: None,
@@ -118,6 +120,7 @@ def run(
     ----------
     until : total time [s] at which to end, if that is before the last step's end
     allow_unstable : run with a given time step above the stability limit
+    threads : how many to use at most; None chooses
     report, say : take progress and messages
     stop : asked between batches; an exit code ends the run in good order
 
@@ -141,6 +144,8 @@ def run(
     if outputs and keeps_energy(outputs[0]):
         state.account = account_of(scene)
     contents = contents_of(scene, arriving, outputs[0] if outputs else None, tally.measures)
+    state.team = team_of(threads, scene.population.count + arriving)
+    provenance = {**(provenance or {}), **start_team(state.team)}
     first = prepare(state, scene.steps[0], 0.0, say, allow_unstable)
     planned = planned_frames(scene, outputs, end)
     with TrajectoryWriter(
@@ -157,7 +162,11 @@ def run(
                 )
             compile_kernels(state, stage, tally)
             if number == 0:
-                tally.messages += [*overlap_warnings(state), *until_warnings(scene, until)]
+                tally.messages += [
+                    *overlap_warnings(state),
+                    *until_warnings(scene, until),
+                    *too_many(threads),
+                ]
                 for message in tally.messages:
                     say(message)
             if number == 0:
