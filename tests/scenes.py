@@ -25,6 +25,7 @@ def case(
     friction=0.0,
     restitution=1.0,
     rolling=0.0,
+    **contact,
 ) -> inp.Deck:
     """A deck with one step, materials by name (one called "stuff" if None), and one contact property for all."""
     deck = inp.Deck()
@@ -38,6 +39,7 @@ def case(
         friction=friction,
         restitution=restitution,
         rolling_friction=rolling,
+        **contact,
     )
     deck.add("GRAVITY", rows={"acceleration": [gravity]})
     deck.add("STEP", duration=duration, time_step=time_step)

@@ -132,12 +132,25 @@ def test_no_cycle_of_loading_and_sliding_gains_energy(damping, rng):
 def test_rolling_resistance_is_a_spring_up_to_its_bound():
     k_n, arm, step = 1e5, 1e-3, 1e-4
     stiffness = 2.25 * k_n * arm**2
-    first = contact.rolling_moment(NONE, (0.5, 0.0, 3.0), UP, step, k_n, arm, 1.0)
+    _, first = contact.rolling_moment(NONE, (0.5, 0.0, 3.0), UP, step, k_n, arm, 0.0, 1.0, 1.0)
     assert first == pytest.approx((-stiffness * 0.5 * step, 0.0, 0.0))
-    second = contact.rolling_moment(first, (0.5, 0.0, 3.0), UP, step, k_n, arm, 1.0)
-    assert second == pytest.approx((-stiffness * 1.0 * step, 0.0, 0.0))
-    bounded = contact.rolling_moment(second, (0.0, 1e9, 0.0), UP, step, k_n, arm, 2e-3)
-    assert np.linalg.norm(bounded) == pytest.approx(2e-3, rel=1e-12)
+    moment, second = contact.rolling_moment(first, (0.5, 0.0, 3.0), UP, step, k_n, arm, 0.0, 1.0, 1.0)
+    assert moment == second == pytest.approx((-stiffness * 1.0 * step, 0.0, 0.0))
+    moment, spring = contact.rolling_moment(second, (0.0, 1e9, 0.0), UP, step, k_n, arm, 0.0, 1.0, 2e-3)
+    assert moment == spring
+    assert np.linalg.norm(moment) == pytest.approx(2e-3, rel=1e-12)
+
+
+def test_the_rolling_damper_is_a_share_of_critical_and_holds_the_bound_with_its_spring():
+    k_n, arm, step, inertia = 1e5, 1e-3, 1e-4, 3e-6
+    stiffness = 2.25 * k_n * arm**2
+    critical = 2.0 * np.sqrt(inertia * stiffness)
+    moment, spring = contact.rolling_moment(NONE, (0.5, 0.0, 3.0), UP, step, k_n, arm, 0.3, inertia, 1.0)
+    assert moment == pytest.approx((spring[0] - 0.3 * critical * 0.5, 0.0, 0.0), rel=1e-12)
+    bound = 0.5 * (abs(spring[0]) + abs(moment[0]))  # above the spring alone, below both
+    moment, held = contact.rolling_moment(NONE, (0.5, 0.0, 3.0), UP, step, k_n, arm, 0.3, inertia, bound)
+    assert moment == pytest.approx((-bound, 0.0, 0.0), rel=1e-12)
+    assert held == spring
 
 
 @pytest.fixture

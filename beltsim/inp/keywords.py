@@ -118,6 +118,13 @@ _MATERIALS = (
                 default=0.0,
             ),
             _number(
+                "ROLLING DAMPING",
+                None,
+                "damping of that spring as a share of critical: stops the rocking of heaps (0.3: Ai et al. 2011)",
+                Interval("[0, 1]"),
+                default=0.3,
+            ),
+            _number(
                 "NORMAL STIFFNESS",
                 "stiffness",
                 "normal stiffness of a point, of a whole line or of a whole face, for *CONTACT MODEL, TYPE=LINEAR",

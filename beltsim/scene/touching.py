@@ -37,6 +37,7 @@ def laws_of(deck: Deck, materials: list) -> Laws | LinearLaws:
             laws.damping[a, b] = damping_of_restitution(found["RESTITUTION"])
             laws.friction[a, b] = found["FRICTION"]
             laws.rolling_friction[a, b] = found["ROLLING FRICTION"]
+            laws.rolling_damping[a, b] = found["ROLLING DAMPING"]
     return laws
 
 

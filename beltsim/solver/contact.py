@@ -55,6 +55,7 @@ class HertzPair(NamedTuple):
     damping: float  # ratio b of the linear spring
     friction: float
     rolling_friction: float
+    rolling_damping: float  # ratio of the rocking
 
 
 class LinearPair(NamedTuple):
@@ -65,6 +66,7 @@ class LinearPair(NamedTuple):
     damping: float
     friction: float
     rolling_friction: float
+    rolling_damping: float
 
 
 @inner
@@ -254,16 +256,31 @@ def friction_force(velocity, normal, time_step, spring, old_stiffness, stiffness
 
 
 @inner
-def rolling_moment(old, relative_spin, normal, time_step, normal_stiffness, arm, bound):
+def rolling_moment(old, relative_spin, normal, time_step, normal_stiffness, arm, damping, inertia, bound):
     """Elastic-plastic rolling resistance (type C, Ai et al. 2011, Powder Technology 206, 269, eqs 13-17).
 
-    `arm` = rolling friction times the reduced radius [m]; k_r = 2.25 k_n arm^2; |M| <= bound = arm F_n. Returns the
-    moment on the first body, which is also what is remembered.
+    A spring k_r = 2.25 k_n arm^2 and a damper 2 damping sqrt(inertia k_r); the spring alone and both together hold
+    the bound. So a full moment is the bound at any speed, as without the damper (f = 0 in eq. 17), but reached without
+    a jump.
+
+    Parameters
+    ----------
+    old : (3,) moment of the spring in the step before [N m]
+    arm : rolling friction times the reduced radius [m]; bound = arm F_n [N m]
+    damping, inertia : share of critical, and both bodies' reduced moment of inertia about the contact [kg m2]
+
+    Returns
+    -------
+    moment on the first body, moment of the spring to remember
     """
-    moment = across(old, normal)
     rolling = across(relative_spin, normal)
-    moment = plus(moment, -2.25 * normal_stiffness * arm * arm * time_step, rolling)
+    stiffness = 2.25 * normal_stiffness * arm * arm
+    spring = plus(across(old, normal), -stiffness * time_step, rolling)
+    size = norm(spring)
+    if size > bound:
+        spring = scaled(spring, bound / size)
+    moment = plus(spring, -2.0 * damping * math.sqrt(inertia * stiffness), rolling)
     size = norm(moment)
     if size > bound:
         moment = scaled(moment, bound / size)
-    return moment
+    return moment, spring

@@ -52,6 +52,7 @@ def hertz_pair(laws, a, b):
         laws.damping[a, b],
         laws.friction[a, b],
         laws.rolling_friction[a, b],
+        laws.rolling_damping[a, b],
     )
 
 
@@ -64,6 +65,7 @@ def linear_pair(laws, a, b):
         laws.damping[a, b],
         laws.friction[a, b],
         laws.rolling_friction[a, b],
+        laws.rolling_damping[a, b],
     )
 
 
@@ -90,18 +92,19 @@ def forget(contacts, k):
 
 
 @inner
-def point_loads(law, overlap, radius, mass, normal, relative, spins, arms, history, time_step):
+def point_loads(law, overlap, radius, mass, inertia, normal, relative, spins, arms, history, time_step):
     """Loads and new history of a contact of rounded surfaces; nothing but zeros where the overlap is zero.
 
     Parameters
     ----------
+    mass, inertia : reduced mass [kg] and reduced moment of inertia about the contact [kg m2]
     relative : (3,) surface velocity of the first against the second
     spins, arms : of both bodies, arms from their centres to the contact point
-    history : (spring force (3,), tangential stiffness, rolling moment (3,)) of the step before
+    history : (spring force (3,), tangential stiffness, moment of the rolling spring (3,)) of the step before
 
     Returns
     -------
-    force on the first, torque on the first, torque on the second, new history
+    force and rolling moment on the first, torque on the first, torque on the second, new history
     """
     spring, old, rolling = history
     elastic, stiffness, shear_stiffness, damping = point_law(law, overlap, radius)
@@ -112,16 +115,18 @@ def point_loads(law, overlap, radius, mass, normal, relative, spins, arms, histo
     )
     arm = law.rolling_friction * radius
     spin = sub(spins[0], spins[1])
-    moment = rolling_moment(rolling, spin, normal, time_step, stiffness, arm, arm * pressed)
+    moment, rolling = rolling_moment(
+        rolling, spin, normal, time_step, stiffness, arm, law.rolling_damping, inertia, arm * pressed
+    )
     force = add(scaled(normal, normal_force), tangential)
     torque_1 = add(cross(arms[0], force), moment)
     torque_2 = sub(cross(force, arms[1]), moment)
-    return force, torque_1, torque_2, (spring, shear_stiffness, moment)
+    return force, moment, torque_1, torque_2, (spring, shear_stiffness, rolling)
 
 
 @inner
-def note_point(book, k, law, overlap, radius, normal, relative, spin, old, new, force, time_step):
-    """Note what happened in pair k, from the history before and after (see `point_loads`) and the force."""
+def note_point(book, k, law, overlap, radius, normal, relative, spin, old, new, force, moment, time_step):
+    """Note what happened in pair k, from the history before and after (see `point_loads`), force and moment."""
     if book is not None:
         elastic, stiffness, _, _ = point_law(law, overlap, radius)
         normal_force = dot(force, normal)
@@ -131,22 +136,24 @@ def note_point(book, k, law, overlap, radius, normal, relative, spin, old, new, 
         bound = law.friction * max(normal_force, 0.0)
         note_friction(book, k, normal, relative, time_step, old[:2], new[:2], tangential, bound)
         arm = law.rolling_friction * radius
-        note_rolling(book, k, normal, spin, time_step, old[2], new[2], 2.25 * stiffness * arm * arm)
+        note_rolling(book, k, normal, spin, time_step, moment, new[2], 2.25 * stiffness * arm * arm)
 
 
 @inner
-def point_contact(contacts, k, overlap, normal, radius, mass, law, relative, spins, arms, time_step):
+def point_contact(contacts, k, overlap, normal, radius, mass, inertia, law, relative, spins, arms, time_step):
     """Loads and history of a touching pair k of rounded surfaces; see `point_loads`."""
     history = (at(contacts.spring, k), contacts.stiffness[k], at(contacts.rolling, k))
-    force, torque_1, torque_2, new = point_loads(
-        law, overlap, radius, mass, normal, relative, spins, arms, history, time_step
+    force, moment, torque_1, torque_2, new = point_loads(
+        law, overlap, radius, mass, inertia, normal, relative, spins, arms, history, time_step
     )
     put(contacts.spring, k, new[0])
     contacts.stiffness[k] = new[1]
     put(contacts.rolling, k, new[2])
     put_loads(contacts.loads, k, force, torque_1, torque_2)
     spin = sub(spins[0], spins[1])
-    note_point(contacts.book, k, law, overlap, radius, normal, relative, spin, history, new, force, time_step)
+    note_point(
+        contacts.book, k, law, overlap, radius, normal, relative, spin, history, new, force, moment, time_step
+    )
 
 
 @inner
@@ -169,6 +176,22 @@ def reduced_mass(mass, mobility, i, j):
     """Reduced mass [kg] of particles i and j for the damping: what is held moves like an infinite mass."""
     inverse = mobility[0, i] / mass[i] + mobility[0, j] / mass[j]
     return 1.0 / inverse if inverse > 0.0 else mass[i]
+
+
+@inner
+def inertia_about(particles, i, arm):
+    """Least moment of inertia [kg m2] of particle i about an axis across the arm at its end; held ones have it too."""
+    inertia = particles.inertia
+    least = min(inertia[0, i], min(inertia[1, i], inertia[2, i]))
+    return least + particles.mass[i] * dot(arm, arm)
+
+
+@inner
+def reduced_inertia(particles, i, arm_i, j, arm_j):
+    """Reduced moment of inertia [kg m2] of particles i and j about their contact, as `reduced_mass`."""
+    first, second = inertia_about(particles, i, arm_i), inertia_about(particles, j, arm_j)
+    inverse = particles.mobility[0, i] / first + particles.mobility[0, j] / second
+    return 1.0 / inverse if inverse > 0.0 else first
 
 
 @inner
@@ -256,6 +279,7 @@ def sphere_on_box(particles, shapes, laws, contacts, k, i, j, time_step):
         normal,
         radius,
         reduced_mass(particles.mass, particles.mobility, i, j),
+        reduced_inertia(particles, i, arm_i, j, arm_j),
         law_of(laws, shapes.material[i], shapes.material[j]),
         sub(velocity_i, velocity_j),
         (spin_i, spin_j),
@@ -302,6 +326,7 @@ def sphere_part_pass(particles, shapes, laws, contacts, parts, time_step):
             normal,
             reduced,
             mass[i],
+            inertia_about(particles, i, arm_i),
             law_of(laws, material[i], parts.material[p]),
             relative,
             (spin_i, spin_p),

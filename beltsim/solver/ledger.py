@@ -28,11 +28,16 @@ from beltsim.solver.vectors import (
 # Rows of the book of a list of contacts, a column for each pair.
 VISCOUS = 0  # normal viscous force of the step before, N
 HELD = 1  # to 3: tangential force of the step before, N
-NORMAL, TANGENTIAL, ROLLING = 4, 5, 6  # energies of the springs, J
-LATE_NORMAL, LATE_TANGENTIAL = 7, 8  # what the next half kick takes, if the contact ends before, J
-CARRIED = 9  # rows before this one are the history of a pair
-LOST_DAMPING, LOST_FRICTION, LOST_ROLLING, LOST_SPRING = 9, 10, 11, 12  # J, since the list was made
-CONTACT_ROWS = 13
+TURNED = 4  # to 6: rolling moment of the step before, N m
+NORMAL, TANGENTIAL, ROLLING = 7, 8, 9  # energies of the springs, J
+LATE_NORMAL, LATE_TANGENTIAL, LATE_ROLLING = (
+    10,
+    11,
+    12,
+)  # what the next half kick takes, if the contact ends before, J
+CARRIED = 13  # rows before this one are the history of a pair
+LOST_DAMPING, LOST_FRICTION, LOST_ROLLING, LOST_SPRING = 13, 14, 15, 16  # J, since the list was made
+CONTACT_ROWS = 17
 
 # Rows of the book of bonds: viscous force, half its couple and viscous moment of the step before, then losses in J.
 BOND_DAMPING, BOND_BREAKAGE = 9, 10
@@ -76,9 +81,9 @@ def note_normal(book, k, energy, viscous, approach, time_step):
 
 
 @inner
-def held_at(book, k):
-    """Tangential force of pair k in the step before [N]."""
-    return book[HELD, k], book[HELD + 1, k], book[HELD + 2, k]
+def noted_at(book, row, k):
+    """The vector of pair k that was noted in a row and the next two in the step before."""
+    return book[row, k], book[row + 1, k], book[row + 2, k]
 
 
 @inner
@@ -105,7 +110,7 @@ def note_friction(book, k, normal, velocity, time_step, before, after, force, bo
     """
     if book is not None:
         travel = scaled(across(velocity, normal), time_step)
-        work = -0.5 * dot(add(turned_into(held_at(book, k), normal), force), travel)
+        work = -0.5 * dot(add(turned_into(noted_at(book, HELD, k), normal), force), travel)
         spring, old, new = turned_into(before[0], normal), before[1], after[1]
         kept, ratio = spring, old / new if new > old else 1.0
         if new < old:
@@ -123,14 +128,17 @@ def note_friction(book, k, normal, velocity, time_step, before, after, force, bo
 
 
 @inner
-def note_rolling(book, k, normal, spin, time_step, old, moment, stiffness):
-    """Work of the rolling resistance of pair k: `old` and new moment [N m], angular stiffness [N m]."""
+def note_rolling(book, k, normal, spin, time_step, moment, spring, stiffness):
+    """Work of the rolling resistance of pair k: whole moment and that of its spring [N m], angular stiffness [N m]."""
     if book is not None:
         turn = scaled(across(spin, normal), time_step)
-        energy = energy_of(moment, stiffness)
-        work = -0.5 * dot(add(across(old, normal), moment), turn)
+        energy = energy_of(spring, stiffness)
+        work = -0.5 * dot(add(noted_at(book, TURNED, k), moment), turn)
         book[LOST_ROLLING, k] += work - (energy - book[ROLLING, k])
+        book[LATE_ROLLING, k] = -0.5 * dot(moment, turn)
         book[ROLLING, k] = energy
+        for row in range(3):
+            book[TURNED + row, k] = moment[row]
 
 
 @inner
@@ -140,7 +148,7 @@ def note_end(book, k):
         book[LOST_DAMPING, k] += book[LATE_NORMAL, k]
         book[LOST_FRICTION, k] += book[LATE_TANGENTIAL, k]
         book[LOST_SPRING, k] += book[TANGENTIAL, k]
-        book[LOST_ROLLING, k] += book[ROLLING, k]
+        book[LOST_ROLLING, k] += book[ROLLING, k] + book[LATE_ROLLING, k]
         for row in range(CARRIED):
             book[row, k] = 0.0
 

@@ -24,12 +24,12 @@ def sphere_pairs(
     Parameters
     ----------
     first, second : (pairs,) uint32: signed ones would need a wrap-around check that keeps the loop scalar
-    state : rows of position, velocity and angular velocity, masses, and 1 or 0 for what moves
+    state : rows of position, velocity and angular velocity, masses, moments of inertia, and 1 or 0 for what moves
     shapes : radii and materials (uint32)
     springs, rollings : three rows each; loads : nine rows, force on the first, torque on the first and the second
     book : energy book of the pairs (see `ledger`), or None
     """
-    position, velocity, spin, mass, moves = state
+    position, velocity, spin, mass, inertia, moves = state
     radius, material = shapes
     for k in range(first.size):
         i, j = first[k], second[k]
@@ -43,14 +43,19 @@ def sphere_pairs(
         )
         # What is held moves like an infinite mass; two held ones never stand in a list.
         inverse = moves[i] / mass[i] + moves[j] / mass[j]
+        rolling_inverse = moves[i] / (inertia[i] + mass[i] * radius[i] * radius[i])
+        rolling_inverse += moves[j] / (inertia[j] + mass[j] * radius[j] * radius[j])
         reduced = radius[i] * radius[j] / (radius[i] + radius[j])
         history = (of(springs, k), stiffnesses[k], of(rollings, k))
         law = law_of(laws, material[i], material[j])
-        force, torque_1, torque_2, new = point_loads(
-            law, overlap, reduced, 1.0 / inverse, normal, relative, spins, arms, history, time_step
+        masses = 1.0 / inverse, 1.0 / rolling_inverse
+        force, moment, torque_1, torque_2, new = point_loads(
+            law, overlap, reduced, *masses, normal, relative, spins, arms, history, time_step
         )
         spin_12 = sub(spins[0], spins[1])
-        note_point(book, k, law, overlap, reduced, normal, relative, spin_12, history, new, force, time_step)
+        note_point(
+            book, k, law, overlap, reduced, normal, relative, spin_12, history, new, force, moment, time_step
+        )
         overlaps[k] = gap
         stiffnesses[k] = new[1]
         for row in range(3):
@@ -73,6 +78,7 @@ def sphere_sphere_pass(particles, shapes, laws, contacts, time_step):
             rows3(particles.velocity),
             rows3(particles.angular_velocity),
             particles.mass,
+            particles.inertia[0],
             particles.mobility[0],
         ),
         (shapes.radius, shapes.material.view(np.uint32)),

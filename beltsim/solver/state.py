@@ -95,7 +95,7 @@ class Contacts(NamedTuple):
     second: Array  # (p,) int32 particle or part
     spring: Array  # (3, p) tangential spring force, N
     stiffness: Array  # (p,) tangential stiffness of the step before, N/m; 0: not touching
-    rolling: Array  # (3, p) rolling moment, N m
+    rolling: Array  # (3, p) moment of the rolling spring, N m
     loads: Array  # (9, p) as Bonds.loads
     overlap: Array  # (p,) m, of the last step
     beside: Array  # (4, p) int32 pair of the same sphere with a bonded neighbour of the box, -1: none
@@ -110,6 +110,7 @@ class Laws(NamedTuple):
     damping: Array  # ratio b of the linear spring
     friction: Array
     rolling_friction: Array
+    rolling_damping: Array  # ratio of the rocking
 
 
 class LinearLaws(NamedTuple):
@@ -120,6 +121,7 @@ class LinearLaws(NamedTuple):
     damping: Array  # ratio b of the linear spring
     friction: Array
     rolling_friction: Array
+    rolling_damping: Array  # ratio of the rocking
 
 
 class Parts(NamedTuple):

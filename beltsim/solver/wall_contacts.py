@@ -16,7 +16,16 @@ from __future__ import annotations
 import math
 
 from beltsim.solver.contact import corner_law, damped_normal
-from beltsim.solver.contacts import NONE, forget, law_of, point_contact, put_loads, surface, touch
+from beltsim.solver.contacts import (
+    NONE,
+    forget,
+    inertia_about,
+    law_of,
+    point_contact,
+    put_loads,
+    surface,
+    touch,
+)
 from beltsim.solver.jit import inner, kernel
 from beltsim.solver.ledger import hand_on, note_normal, stored
 from beltsim.solver.shapes import sphere_box, sphere_plane
@@ -237,6 +246,7 @@ def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row,
             normal,
             radius,
             particles.mass[i],
+            inertia_about(particles, i, arm),
             law_of(laws, shapes.material[i], parts.material[p]),
             relative,
             (spin, at(parts.angular_velocity, p)),
