@@ -7,15 +7,14 @@ from typing import NamedTuple
 import numpy as np
 
 from beltsim.exclusions import Excluded, by_particle
-from beltsim.solver.hashgrid import hash_points
 from beltsim.solver.neighbours import (
     carry_history,
     empty_contacts,
     link_neighbours,
-    part_pairs,
-    particle_pairs,
     sort_loads,
 )
+from beltsim.solver.part_pairs import part_pairs
+from beltsim.solver.particle_pairs import particle_pairs
 from beltsim.solver.state import Contacts, Loads, Particles, Parts, Shapes, Walls, WallTree
 from beltsim.wall_lists import (
     ListedPoints,
@@ -98,20 +97,15 @@ def make_lists(
     """
     spheres, boxes = chosen
     position = particles.position
-    widest = [float(shapes.bounding[slots].max()) if slots.size else 0.0 for slots in chosen]
-    sphere_grid = hash_points(position, spheres, 2.0 * widest[0] + skin)
-    box_grid = hash_points(position, boxes, widest[0] + widest[1] + skin)
-    wide_grid = hash_points(position, boxes, 2.0 * widest[1] + skin) if families.box_boxes else None
-
     apart = by_particle(excluded, particles.mass.size)
 
-    def among(owners, grid, half):
-        start, second = particle_pairs(position, shapes, owners, grid, skin, half, *apart)
+    def among(owners, members=None):
+        start, second = particle_pairs(position, shapes, owners, members, skin, apart)
         first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
         return empty_contacts(start, first, second)
 
-    def with_parts(slots, grid, planes):
-        start, first = part_pairs(position, shapes, slots, grid, parts, part_group, skin, planes)
+    def with_parts(slots, planes):
+        start, first = part_pairs(position, shapes, slots, parts, part_group, skin, planes)
         second = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
         return empty_contacts(start, first, second)
 
@@ -120,7 +114,7 @@ def make_lists(
 
     on_boxes = None
     if families.spheres and families.boxes:
-        on_boxes = among(spheres, box_grid, False)
+        on_boxes = among(spheres, boxes)
         link_neighbours(on_boxes.start, on_boxes.second, *bonded, on_boxes.beside)
     near_walls = near_points = None
     if families.walls:
@@ -128,15 +122,13 @@ def make_lists(
     if families.points:
         near_points = list_points(particles, shapes, parts, walls[0], near_walls, skin)
     return Lists(
-        indexed(among(spheres, sphere_grid, True), True) if families.spheres else None,
+        indexed(among(spheres), True) if families.spheres else None,
         indexed(on_boxes, True) if on_boxes is not None else None,
-        indexed(with_parts(spheres, sphere_grid, True), False)
-        if families.spheres and families.parts
-        else None,
-        indexed(with_parts(boxes, box_grid, False), False) if families.boxes and families.parts else None,
+        indexed(with_parts(spheres, True), False) if families.spheres and families.parts else None,
+        indexed(with_parts(boxes, False), False) if families.boxes and families.parts else None,
         near_walls,
         near_points,
-        indexed(among(boxes, wide_grid, True), True) if families.box_boxes else None,
+        indexed(among(boxes), True) if families.box_boxes else None,
     )
 
 

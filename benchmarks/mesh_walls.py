@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from scenes import add_mesh, add_plane, add_spheres, advance, case, particles, start
 
 from beltsim.engine import renew_lists
-from beltsim.solver.hashgrid import hash_points
+from beltsim.solver.columns import columns_of
 
 RADIUS = 0.01
 REPEATS = 5
@@ -67,8 +67,11 @@ def lists(count, path):
             times.append(best(lambda state=state: renew_lists(state)))
         walls = state.scene.machinery.walls
         points, chosen = walls.vertex[:, walls.triangle[0]].copy(), np.arange(walls.part.size, dtype=np.int32)
-        hash_points(points, chosen, RADIUS)
-        hashing = best(lambda points=points, chosen=chosen: hash_points(points, chosen, RADIUS))
+        size = np.full(walls.part.size, RADIUS)
+        columns_of(points, size, chosen, RADIUS)
+        hashing = best(
+            lambda points=points, size=size, chosen=chosen: columns_of(points, size, chosen, RADIUS)
+        )
         print(
             f"| {walls.part.size} | {1e3 * times[0]:.2f} ms | {1e3 * times[1]:.2f} ms | {1e3 * hashing:.2f} ms |"
         )
