@@ -76,9 +76,7 @@ class Account:
 def account_of(scene: Scene) -> Account:
     """An empty book; from now on the bonds keep theirs too."""
     parts = len(scene.machinery.info)
-    ledger = Ledger(
-        np.zeros(rows.TOTAL_ROWS), np.zeros(rows.TOTAL_ROWS), np.zeros((3, parts)), np.zeros((3, parts))
-    )
+    ledger = Ledger(np.zeros(rows.TOTAL_ROWS), np.zeros((3, parts)), np.zeros((3, parts)))
     if scene.bonding is not None:
         bonds = scene.bonding.bonds
         scene.bonding.bonds = bonds._replace(book=np.zeros((rows.BOND_ROWS, bonds.first.size)))
@@ -112,18 +110,19 @@ def energy_of_motion(particles, gravity: np.ndarray, chosen: np.ndarray) -> dict
 
 
 def energy_of_parts(state) -> float:
-    """Energy [J] of motion of parts that follow their loads, and of their suspensions.
-
-    Their velocities are kept for the middle of the steps: the mean of the last two is that of now.
-    """
+    """Energy [J] of motion of parts that follow their loads, and of their suspensions."""
     parts, spins, slides = state.scene.machinery.parts, state.stage.spins, state.stage.slides
-    ledger = state.account.ledger
-    spin = 0.5 * (ledger.spin + parts.angular_velocity)
-    velocity = 0.5 * (ledger.velocity + parts.velocity)
-    turning = spins.inertia * np.sum(spin**2, axis=0) * (spins.mode == FREE)
-    moving = slides.mass * np.sum(velocity**2, axis=0)
+    turning = spins.inertia * np.sum(parts.angular_velocity**2, axis=0) * (spins.mode == FREE)
+    moving = slides.mass * np.sum(parts.velocity**2, axis=0)
     springs = slides.stiffness * slides.offset**2 * (slides.mass > 0.0)
     return 0.5 * float(np.sum(turning + moving + springs))
+
+
+def energy_in_motion(state) -> float:
+    """Energy [J] of motion and place of all particles and parts that follow their loads."""
+    particles = state.scene.population.particles
+    chosen = np.ones(particles.mass.size, bool)
+    return sum(energy_of_motion(particles, state.scene.gravity, chosen).values()) + energy_of_parts(state)
 
 
 def contact_sums(state) -> np.ndarray:
@@ -167,17 +166,13 @@ def close_lists(account: Account, lists) -> None:
 
 
 def open_stage(state, before: float) -> None:
-    """At the start of a stage: parts have other drives now; `before` was the energy of the parts until then [J]."""
-    account, parts = state.account, state.scene.machinery.parts
-    account.ledger.spin[:], account.ledger.velocity[:] = parts.angular_velocity, parts.velocity
-    for row in (rows.DRIVES, rows.BEARINGS):
-        account.ledger.total[row] -= account.ledger.late[row]
-    account.ledger.late[:] = 0.0
+    """At the start of a stage: other things are led now; `before` is what `energy_in_motion` said until then [J]."""
+    account = state.account
     if account.start is None:
         forget_losses(state)
         account.start = energies(state)
     else:
-        account.moved["drives"] += energy_of_parts(state) - before
+        account.moved["drives"] += energy_in_motion(state) - before
 
 
 def forget_losses(state) -> None:
@@ -232,7 +227,7 @@ def losses(state) -> dict[str, float]:
     """Energy [J] lost since the start, by mechanism."""
     account, bonds = state.account, state.scene.bonds
     of_contacts = account.past + contact_sums(state)
-    total = account.ledger.total - account.ledger.late
+    total = account.ledger.total
     of_bonds = np.zeros(rows.BOND_ROWS) if bonds is None else bonds.book.sum(axis=1)
     return {name: float(of_contacts[row]) for name, row in LOSS_ROWS.items()} | {
         "bond_damping": float(of_bonds[rows.BOND_DAMPING]),
@@ -244,7 +239,7 @@ def losses(state) -> dict[str, float]:
 
 def works(account: Account, state) -> dict[str, float]:  # noqa: ARG001
     """Energy [J] that drives, loads and bulk brought since the start, and that bulk took along."""
-    total = account.ledger.total - account.ledger.late
+    total = account.ledger.total
     return {
         "drives": float(total[rows.DRIVES]) + account.moved["drives"],
         "forces": float(total[rows.FORCES]),

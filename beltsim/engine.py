@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltsim.console import CommandError, ExitCode
-from beltsim.energy import Account, close_lists, energy_of_parts, open_stage, with_books
+from beltsim.energy import Account, close_lists, energy_in_motion, open_stage, with_books
 from beltsim.exclusions import Excluded, excluded_at_start, renewed
 from beltsim.lists import (
     BETWEEN_PARTICLES,
@@ -22,10 +22,12 @@ from beltsim.lists import (
 )
 from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE
+from beltsim.scene.guiding import engage
 from beltsim.scene.touching import of_shape
 from beltsim.solver.bonds import bond_measures
+from beltsim.solver.guides import Guided, Pivots, guide
 from beltsim.solver.integration import spin_of_momentum
-from beltsim.solver.motion import Slides, Spins
+from beltsim.solver.motion import Slides, Spins, prescribe_parts
 from beltsim.solver.reference_integrator import advance_reference
 from beltsim.solver.steps import (
     DONE,
@@ -60,7 +62,8 @@ class Stage:
     given: GivenLoads | None
     drag: float  # 1/s
     wind: tuple[float, float, float]  # m/s
-    turned: np.ndarray  # (h,) int32 slots of particles with a prescribed spin
+    guided: Guided
+    pivots: Pivots | None = None
     integrator: str = "VERLET"
 
 
@@ -125,10 +128,13 @@ def source_sizes(scene: Scene) -> np.ndarray:
 
 def begin_stage(state: State, stage: Stage) -> None:
     """Start a stage: its drives, its step, and the forces at its first moment."""
-    account, before = state.account, 0.0
+    scene, account, before = state.scene, state.account, 0.0
     if account is not None and state.stage is not None:
-        before = energy_of_parts(state)
+        before = energy_in_motion(state)
     state.stage, state.step = stage, 0
+    engage(scene.population, stage.guided, stage.pivots)
+    prescribe_parts(scene.machinery.parts, stage.spins, stage.slides, scene.amplitudes, stage.start)
+    guide(scene.population.particles, stage.guided, scene.amplitudes, stage.start)
     renew_lists(state)
     arguments = solver_arguments(state, time_step=0.0)
     find_forces(*arguments)
@@ -186,12 +192,21 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
 
 
 def renumber(stage: Stage, origin: np.ndarray, before: int) -> None:
-    """Let loads and prescribed spins follow their particles to new slots; those of particles that left end."""
+    """Let loads and prescribed velocities follow their particles to new slots; those of particles that left end.
+
+    Particles that spin about a held axis never leave, and stand before all that do.
+    """
     slot = np.full(before + 1, -1, np.int32)
     slot[origin] = np.arange(
         origin.size
     )  # new particles, -1, fall into the last place, which nobody asks for
-    stage.turned = slot[stage.turned][slot[stage.turned] >= 0]
+    there = slot[stage.guided.particle] >= 0
+    stage.guided = Guided(
+        slot[stage.guided.particle][there],
+        np.ascontiguousarray(stage.guided.velocity[:, there]),
+        np.ascontiguousarray(stage.guided.spin[:, there]),
+        stage.guided.amplitude[there],
+    )
     if stage.given is not None:
         there = slot[stage.given.particle] >= 0
         stage.given = GivenLoads(
@@ -213,8 +228,8 @@ def solver_arguments(state: State, time_step: float | None = None) -> tuple:
         state.listed,
         state.part_travel,
         state.part_work,
-        stage.turned,
-        np.ascontiguousarray(scene.population.particles.angular_velocity[:, stage.turned]),
+        stage.guided,
+        stage.pivots,
         None if state.account is None else state.account.ledger,
         state.team,
     )

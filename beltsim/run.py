@@ -19,7 +19,7 @@ from beltsim.inp import Block, Deck
 from beltsim.measures import LOOK_PAUSE, Measures, look, measures_of, remember
 from beltsim.record import OBSERVABLES, contents_of, frame_of, keeps_energy
 from beltsim.scene import Scene
-from beltsim.scene.build import prescribe_velocities
+from beltsim.scene.guiding import guides_of
 from beltsim.scene.machinery import acts_in, drives_of, table_of
 from beltsim.solver.steps import GivenLoads
 from beltsim.source import Source, arrivals, pause_of, planned_count, source_of
@@ -191,12 +191,12 @@ def prepare(state: State, block: Block, start: float, say, allow_unstable: bool)
     name = block.get("NAME")
     before = None if state.stage is None else state.stage.slides
     spins, slides = drives_of(scene.deck, scene.machinery, scene.tables, name, before)
-    turned = prescribe_velocities(scene, name)
-    time_step, sentence = choose(scene, block, slides, spins, allow_unstable=allow_unstable)
+    guided, pivots = guides_of(scene.deck, scene.population, scene.tables, name)
+    time_step, sentence = choose(scene, block, spins, slides, guided, allow_unstable=allow_unstable)
     say((f"step {name}: " if name else "") + sentence)
     drag, wind = damping_of(scene, name, say)
     given = given_loads(scene, name)
-    stage = Stage(time_step, start, spins, slides, given, drag, wind, turned, block["INTEGRATOR"])
+    stage = Stage(time_step, start, spins, slides, given, drag, wind, guided, pivots, block["INTEGRATOR"])
     if stage.integrator == "PEFRL":
         refuse_reference(scene, block, stage, booked=state.account is not None)
     return stage

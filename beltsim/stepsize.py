@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,7 +15,8 @@ from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE, Body
 from beltsim.scene.walls import Mesh
 from beltsim.solver.contact import LINE_STIFFNESS, PUNCH_STIFFNESS
-from beltsim.solver.motion import FREE, Slides, Spins
+from beltsim.solver.guides import Guided
+from beltsim.solver.motion import FREE, Amplitudes, Slides, Spins
 from beltsim.solver.state import Laws, LinearLaws, Parts
 from beltsim.solver.timestep import (
     IMPACT_STEPS,
@@ -42,16 +44,28 @@ class Limit:
     cause: str
 
 
-def reference_speed(scene: Scene, parts: Parts, spins: Spins) -> float:
-    """Speed [m/s] of the hardest impact to expect: the fastest thing at the start, and a fall through the scene."""
-    population = scene.population
+def reference_speed(scene: Scene, spins: Spins, slides: Slides, guided: Guided) -> float:
+    """Speed [m/s] of the hardest impact to expect: the fastest thing at the start, and a fall through the scene.
+
+    What is prescribed counts with the peak of its amplitude.
+    """
+    population, parts, peaks = scene.population, scene.machinery.parts, peak_factors(scene.amplitudes)
     speeds = [0.0, *np.linalg.norm(population.particles.velocity, axis=0)]
     speeds += [np.linalg.norm(block.rows["velocity"]) for block in scene.sources]
     finite = np.isfinite(parts.radius)
-    turning = np.maximum(np.abs(spins.rate), np.linalg.norm(parts.angular_velocity, axis=0))
+    rates = np.abs(spins.rate) * peaks[spins.amplitude]
+    turning = np.maximum(rates, np.linalg.norm(parts.angular_velocity, axis=0))
     speeds += list(np.where(finite, parts.radius, 0.0) * turning)
     speeds += list(np.linalg.norm(parts.velocity, axis=0))
+    for led in (slides, guided):
+        speeds += list(np.linalg.norm(led.velocity, axis=0) * peaks[led.amplitude])
     return float(max(speeds)) + math.sqrt(2.0 * drop_of(scene, parts))
+
+
+def peak_factors(amplitudes: Amplitudes) -> np.ndarray:
+    """Largest absolute factor of each table, and at the end (-1: no table) 1."""
+    factors = np.abs(amplitudes.factor)
+    return np.array([*(factors[a:b].max() for a, b in pairwise(amplitudes.start)), 1.0])
 
 
 def drop_of(scene: Scene, parts: Parts) -> float:
@@ -182,9 +196,9 @@ def travel_limit(scene: Scene, speed: float) -> Limit | None:
     return Limit(TRAVEL * smallest / speed, f"travel at {speed:.3g} m/s")
 
 
-def stable_limit(scene: Scene, parts: Parts, spins: Spins) -> Limit:
+def stable_limit(scene: Scene, spins: Spins, slides: Slides, guided: Guided) -> Limit:
     """The smallest of all limits of a stage."""
-    speed = reference_speed(scene, parts, spins)
+    speed = reference_speed(scene, spins, slides, guided)
     found = [bond_limit(scene), travel_limit(scene, speed), *impact_limits(scene, speed)]
     found += [Limit(*impact) for impact in face_impacts(scene)]
     found = [limit for limit in found if limit is not None]
@@ -192,7 +206,7 @@ def stable_limit(scene: Scene, parts: Parts, spins: Spins) -> Limit:
 
 
 def choose(
-    scene: Scene, block, slides: Slides, spins: Spins, *, allow_unstable: bool = False
+    scene: Scene, block, spins: Spins, slides: Slides, guided: Guided, *, allow_unstable: bool = False
 ) -> tuple[float, str]:
     """Time step [s] of a *STEP, and a sentence that says what sets it.
 
@@ -201,7 +215,7 @@ def choose(
     TimeStepError
         For a given step above the limit, unless `allow_unstable`.
     """
-    limit = stable_limit(scene, scene.machinery.parts, spins)
+    limit = stable_limit(scene, spins, slides, guided)
     sliding = slides.mass > 0.0
     if np.any(sliding & (slides.stiffness > 0.0)):
         frequency = np.max(slides.stiffness[sliding] / slides.mass[sliding])
@@ -281,11 +295,12 @@ def refuse_reference(scene: Scene, block, stage, *, booked: bool = False) -> Non
         "a *SOURCE": bool(scene.sources),
         "the energy book (FIELDS=ENERGY)": booked,
         "moving parts": bool(
-            np.any(spins.mode == FREE)
-            or np.any(spins.rate)
-            or np.any(slides.mass)
-            or np.any(scene.machinery.parts.velocity)
+            np.any(spins.mode == FREE) or np.any(spins.rate) or np.any(slides.mass) or np.any(slides.velocity)
         ),
+        "particles led by an AMPLITUDE or a spin": bool(
+            np.any(stage.guided.amplitude >= 0) or np.any(stage.guided.spin)
+        ),
+        "particles that spin against a bearing": stage.pivots is not None,
     }
     reasons = [name for name, is_there in found.items() if is_there]
     if reasons:

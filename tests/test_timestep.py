@@ -210,7 +210,7 @@ def chosen(deck, *, allow_unstable=False):
     said = []
     state = state_of(build(deck))
     stage = prepare(state, state.scene.steps[0], 0.0, said.append, allow_unstable)
-    return stage.time_step, said[0], stable_limit(state.scene, state.scene.machinery.parts, stage.spins)
+    return stage.time_step, said[0], stable_limit(state.scene, stage.spins, stage.slides, stage.guided)
 
 
 def test_auto_takes_its_share_of_the_limit_and_fills_the_duration():

@@ -189,14 +189,23 @@ def world_momentum(particles: Particles) -> np.ndarray:
     return np.ascontiguousarray(frame.apply(local).T)
 
 
+def own_mobility(population: Population) -> np.ndarray:
+    """Mobility (2, n) of all particles by their types alone. Cylinders that only spin do so as parts."""
+    moves = np.array([body.fixed == "NO" for body in population.bodies], np.float64)
+    spins = [body.fixed == "POSITION" and body.shape != CYLINDER for body in population.bodies]
+    if not population.bodies:
+        return np.ones((2, population.count))
+    return np.ascontiguousarray(np.stack([moves, np.maximum(moves, spins)])[:, population.species])
+
+
 def hold_fixed(population: Population) -> None:
     """Take the mobility and the initial velocity of particles whose type is FIXED."""
-    fixed = np.array([body.fixed != "NO" for body in population.bodies], bool)
-    if population.count:
-        held, particles = fixed[population.species], population.particles
-        for array in (particles.mobility, particles.velocity, particles.angular_velocity):
-            array[:, held] = 0.0
-        particles.angular_momentum[:, held] = 0.0
+    particles = population.particles
+    particles.mobility[:] = own_mobility(population)
+    moves, turns = particles.mobility > 0.0
+    particles.velocity[:, ~moves] = 0.0
+    particles.angular_velocity[:, ~turns] = 0.0
+    particles.angular_momentum[:, ~turns] = 0.0
 
 
 def stack(arrays: list, empty: tuple, dtype=np.float64) -> np.ndarray:

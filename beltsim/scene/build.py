@@ -6,17 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beltsim import inp
 from beltsim.inp import Block, Deck
 from beltsim.scene.bodies import BOX, CYLINDER, SPHERE, Population, populate
 from beltsim.scene.bonding import Bonding, bonds_of
+from beltsim.scene.guiding import slots_of_motion
 from beltsim.scene.machinery import Machinery, amplitudes_of, machinery_of
 from beltsim.scene.touching import Groups, Materials, shapes_of, touching_boxes
 from beltsim.scene.unbuilt import (
     refuse_rods_on_cylinders,
     refuse_sharp_boxes,
     refuse_sharp_boxes_on_meshes,
-    refuse_turned_particles,
+    refuse_turning,
     refuse_unbuilt,
 )
 from beltsim.solver.motion import Amplitudes
@@ -98,8 +98,7 @@ def build(deck: Deck) -> Scene:
     refuse_sharp_boxes(touching_boxes(population, groups))
     meshes = [block for block in deck.blocks("PART") if block["SHAPE"] == "MESH"]
     refuse_sharp_boxes_on_meshes(population, groups, meshes)
-    refuse_turned_particles(deck, population, slots_of_motion)
-    hold_moved_particles(deck, population)
+    refuse_turning(deck, population, slots_of_motion)
     machinery = machinery_of(deck, population, materials, groups)
     cylinders = np.array([part.shape == CYLINDER for part in machinery.info], bool)
     refuse_rods_on_cylinders(population, groups, machinery.group[cylinders])
@@ -123,41 +122,3 @@ def build(deck: Deck) -> Scene:
         sources=deck.blocks("SOURCE"),
         steps=deck.blocks("STEP"),
     )
-
-
-def hold_moved_particles(deck: Deck, population: Population) -> None:
-    """Particles with a prescribed velocity move with it whatever touches them."""
-    for block in deck.blocks("MOTION"):
-        if block["TYPE"] == "VELOCITY" and block.get("PART") is None:
-            slots = slots_of_motion(block, population)
-            population.particles.mobility[:, slots] = 0.0
-
-
-def slots_of_motion(block: Block, population: Population) -> np.ndarray:
-    """Slots of the particles that a *MOTION names and that have not left."""
-    if block.get("PARTICLE TYPE") is not None:
-        names = [body.name for body in population.bodies]
-        wanted = set(inp.matching(names, block["PARTICLE TYPE"]))
-        chosen = np.array([name in wanted for name in names], bool)
-        return np.flatnonzero(chosen[population.species])
-    ids = block["PARTICLES"]
-    ids = inp.expand_ids(ids) if isinstance(ids, str) else ids
-    ids = np.asarray(ids, dtype=np.int64)
-    return population.slots_of(ids[population.present(ids)])
-
-
-def prescribe_velocities(scene: Scene, step_name: str | None) -> np.ndarray:
-    """Set the velocities of particles that a step prescribes; returns the slots (h,) int32 of those that it spins."""
-    particles = scene.population.particles
-    turned = []
-    for block in scene.deck.blocks("MOTION"):
-        acts = block.get("STEP") is None or block.get("STEP") == step_name
-        if acts and block["TYPE"] == "VELOCITY" and block.get("PART") is None:
-            slots, vector = slots_of_motion(block, scene.population), block.rows["vector"][0]
-            particles.velocity[:, slots] = vector[:3, None]
-            spin = vector[3:] if vector.size == 6 else np.zeros(0)
-            if spin.size and np.all(np.isfinite(spin)):
-                particles.angular_velocity[:, slots] = spin[:, None]
-                particles.angular_momentum[:, slots] = 0.0
-                turned.append(slots)
-    return np.concatenate(turned).astype(np.int32) if turned else np.zeros(0, np.int32)

@@ -16,7 +16,7 @@ from beltsim.scene.unbuilt import SceneError, problem
 from beltsim.scene.walls import Mesh, in_search_order, walls_of
 from beltsim.solver.motion import FREE, PRESCRIBED, Amplitudes, Slides, Spins
 from beltsim.solver.state import Parts, Walls, WallTree
-from beltsim.solver.vectors import axis_z, rotate
+from beltsim.solver.vectors import axis_z, rotate_back
 
 MESH = "MESH"
 
@@ -204,16 +204,10 @@ def drives_of(
     spins, slides = at_rest(machinery)
     if before is not None:
         slides.offset[:] = before.offset
-    parts = machinery.parts
-    velocity, spin = parts.velocity.copy(), parts.angular_velocity.copy()
-    parts.velocity[:], parts.angular_velocity[:] = 0.0, 0.0
     for block in deck.blocks("MOTION"):
         if acts_in(block, step_name):
             for part in parts_of_motion(block, machinery):
                 MOTIONS[block["TYPE"]](block, part, machinery, spins, slides, table_of(block, tables))
-    follows, slides_freely = spins.mode == FREE, slides.mass > 0.0
-    parts.angular_velocity[:, follows] = spin[:, follows]
-    parts.velocity[:, slides_freely] = velocity[:, slides_freely]
     return spins, slides
 
 
@@ -231,6 +225,7 @@ def at_rest(machinery: Machinery) -> tuple[Spins, Slides]:
         axis=np.tile([[0.0], [0.0], [1.0]], count),
     )
     slides = Slides(
+        velocity=np.zeros((3, count)),
         moves=np.ones(count),
         direction=np.zeros((3, count)),
         mass=np.zeros(count),
@@ -247,8 +242,12 @@ def _axis(block, part, machinery, spins):
     """A mesh turns about an axis given in world axes, where it is now."""
     if block.get("AXIS") is not None:
         axis = np.asarray(block["AXIS"], dtype=np.float64)
-        turn = machinery.parts.orientation[:, part] * (1.0, -1.0, -1.0, -1.0)
-        spins.axis[:, part] = rotate(tuple(turn), tuple(axis / np.linalg.norm(axis)))
+        _turning_axis(machinery.parts, part, spins, axis / np.linalg.norm(axis))
+
+
+def _turning_axis(parts, part, spins, axis):
+    """Let a part turn about a unit vector of the world."""
+    spins.axis[:, part] = rotate_back(tuple(parts.orientation[:, part]), tuple(axis))
 
 
 def _rotation(block, part, machinery, spins, slides, table):  # noqa: ARG001 - one signature for all motions
@@ -290,20 +289,24 @@ def _suspension(block, part, machinery, spins, slides, table):  # noqa: ARG001
 
 
 def _surface_velocity(block, part, machinery, spins, slides, table):  # noqa: ARG001
+    slides.amplitude[part] = table
     velocity = block.rows["vector"][0, :3]
     if machinery.info[part].shape == "PLANE":
         normal = np.array(axis_z(tuple(machinery.parts.orientation[:, part])))
         velocity = velocity - np.dot(velocity, normal) * normal
-    machinery.parts.velocity[:, part] = velocity
+    slides.velocity[:, part] = velocity
     slides.moves[part] = 0.0
 
 
-def _velocity(block, part, machinery, spins, slides, table):  # noqa: ARG001
+def _velocity(block, part, machinery, spins, slides, table):
     vector = block.rows["vector"][0]
-    machinery.parts.velocity[:, part] = vector[:3]
+    slides.velocity[:, part] = vector[:3]
+    slides.amplitude[part] = table
     if vector.size == 6 and np.any(np.isfinite(vector[3:])):
-        machinery.parts.angular_velocity[:, part] = vector[3:]
-        spins.mode[part] = PRESCRIBED
+        # A body that turns about an axis of the world turns about the same axis of its own.
+        rate = float(np.linalg.norm(vector[3:]))
+        _turning_axis(machinery.parts, part, spins, vector[3:] / rate if rate > 0.0 else (0.0, 0.0, 1.0))
+        spins.mode[part], spins.rate[part], spins.amplitude[part] = PRESCRIBED, rate, table
 
 
 MOTIONS = {

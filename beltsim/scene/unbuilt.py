@@ -34,48 +34,29 @@ def refuse_unbuilt(deck: Deck) -> None:
     ]
     for block in deck.blocks("PARTICLE TYPE"):
         problems += fixing_problems(block)
-    for block in deck.blocks("MOTION"):
-        problems += motion_problems(block)
     if problems:
         raise SceneError("\n".join(problems))
 
 
 def fixing_problems(block: Block) -> list[str]:
-    """What is not built of the ways to hold particles: cylinders that fly, boxes and spheres that only spin."""
+    """What is not built of the ways to hold particles: cylinders that fly."""
     if block["SHAPE"] == "CYLINDER" and block["FIXED"] == "NO":
         return [
             problem(block, "a cylinder with FIXED=NO, which is not built yet", "FIXED=POSITION or FIXED=YES")
         ]
-    if block["SHAPE"] != "CYLINDER" and block["FIXED"] == "POSITION":
-        return [
-            problem(block, f"FIXED=POSITION of a {block['SHAPE']}, which is not built yet", "FIXED=YES or NO")
-        ]
     return []
 
 
-def motion_problems(block: Block) -> list[str]:
-    """What is not built of a *MOTION."""
-    kind, of_particles = block["TYPE"], block.get("PART") is None
-    if kind == "SURFACE VELOCITY" and block.get("AMPLITUDE") is not None:
-        return [problem(block, "AMPLITUDE with SURFACE VELOCITY, which is not built yet", "no AMPLITUDE")]
-    if kind == "VELOCITY" and block.get("AMPLITUDE") is not None:
-        return [problem(block, "AMPLITUDE with VELOCITY, which is not built yet", "no AMPLITUDE")]
-    if of_particles and kind not in ("VELOCITY", "ROTATION", "FREE ROTATION", "TORQUE"):
-        return [problem(block, f"TYPE={kind} of particles, which is not built yet", "a *PART")]
-    return []
-
-
-def refuse_turned_particles(deck: Deck, population: Population, slots_of) -> None:
-    """Raise `SceneError` for a rotation about the local axis of particles that are no cylinders."""
+def refuse_turning(deck: Deck, population: Population, slots_of) -> None:
+    """Raise `SceneError` for a rotation about the local z of particles that fly: only what is held has such an axis."""
     problems = []
     for block in deck.blocks("MOTION"):
-        if block.get("PART") is None and block["TYPE"] in ("ROTATION", "FREE ROTATION", "TORQUE"):
-            shapes = {
-                population.bodies[s].shape for s in np.unique(population.species[slots_of(block, population)])
-            }
-            for shape in sorted(shapes - {"CYLINDER"}):
-                found = f"TYPE={block['TYPE']} of a {shape}, which is not built yet"
-                problems.append(problem(block, found, "particles of shape CYLINDER"))
+        if block.get("PART") is None and block["TYPE"] != "VELOCITY":
+            for species in np.unique(population.species[slots_of(block, population)]):
+                body = population.bodies[species]
+                if body.fixed == "NO":
+                    found = f"TYPE={block['TYPE']} of {body.name}, a {body.shape} with FIXED=NO"
+                    problems.append(problem(block, found, "particles with FIXED=POSITION or FIXED=YES"))
     if problems:
         raise SceneError("\n".join(problems))
 

@@ -19,12 +19,8 @@ from beltsim.solver.vectors import (
     axis_y,
     axis_z,
     dot,
-    exponential,
     plus,
-    product,
     put,
-    put4,
-    scaled,
 )
 
 
@@ -151,16 +147,6 @@ def kick_and_drift(particles, environment, time_step, reach, cap):
         mobility[1],
         time_step,
     )
-    # Particles whose spin is prescribed carry no momentum: what moved nothing above is turned here.
-    for n in range(environment.turned.size):
-        i = environment.turned[n]
-        w = at(environment.turning, n)
-        put(particles.angular_velocity, i, w)
-        put4(
-            particles.orientation,
-            i,
-            product(exponential(scaled(w, time_step)), at4(particles.orientation, i)),
-        )
     return counts
 
 

@@ -17,6 +17,7 @@ from beltsim.solver.vectors import (
     add,
     at,
     at4,
+    axis_z,
     dot,
     norm,
     plus,
@@ -52,8 +53,7 @@ class Ledger(NamedTuple):
     """Work that belongs to no pair."""
 
     total: Array  # (TOTAL_ROWS,) J
-    late: Array  # (TOTAL_ROWS,) J, the half of the last push of parts that lies beyond the present moment
-    spin: Array  # (3, p) rad/s of parts before their last push
+    spin: Array  # (3, p) rad/s of parts before their present push
     velocity: Array  # (3, p) m/s
 
 
@@ -187,6 +187,7 @@ def note_first_half(ledger, particles, parts, spins, slides, given, amplitudes, 
         note_holding(ledger, particles, half)
         note_given(ledger, particles, given, amplitudes, time, half)
         note_prescribed(ledger, parts, spins, slides, half)
+        note_pivots(ledger, particles, environment.pivots, half)
 
 
 @inner
@@ -204,6 +205,7 @@ def note_second_half(
         note_holding(ledger, particles, half)
         note_given(ledger, particles, given, amplitudes, time, half)
         note_prescribed(ledger, parts, spins, slides, half)
+        note_pivots(ledger, particles, environment.pivots, half)
 
 
 @inner
@@ -229,6 +231,17 @@ def note_given(ledger, particles, given, amplitudes, time, duration):
 
 
 @inner
+def note_pivots(ledger, particles, pivots, duration):
+    """Work of the drives and losses in the bearings of particles that spin about their axis."""
+    if pivots is not None:
+        for h in range(pivots.particle.size):
+            i = pivots.particle[h]
+            rate = dot(at(particles.angular_velocity, i), axis_z(at4(particles.orientation, i)))
+            ledger.total[DRIVES] += duration * pivots.driving[h] * rate
+            ledger.total[BEARINGS] += duration * pivots.resisting[h] * rate
+
+
+@inner
 def note_prescribed(ledger, parts, spins, slides, duration):
     """Work of the drives of parts whose motion is prescribed, on all that touches them."""
     for p in range(parts.radius.size):
@@ -240,33 +253,33 @@ def note_prescribed(ledger, parts, spins, slides, duration):
 
 @inner
 def note_before_push(ledger, parts):
-    """Keep the velocities of parts before they are pushed: those of half a step ago."""
+    """Keep the velocities of parts before they are pushed."""
     if ledger is not None:
         ledger.spin[:] = parts.angular_velocity
         ledger.velocity[:] = parts.velocity
 
 
 @inner
-def note_push(ledger, parts, spins, slides, amplitudes, time, time_step):
-    """Work of drives and bearings in a push of the parts, which lasts from half a step ago to half a step ahead."""
+def note_push(ledger, parts, spins, slides, amplitudes, time, duration):
+    """Work of drives and bearings in a push of the parts that follow their loads, by those of a time.
+
+    What of the impulse is not found in the motion, friction and dampers took.
+    """
     if ledger is not None:
-        drives = bearings = 0.0
         for p in range(parts.radius.size):
             if spins.mode[p] == FREE:
                 axis = rotate(at4(parts.orientation, p), at(spins.axis, p))
                 old, new = dot(at(ledger.spin, p), axis), dot(at(parts.angular_velocity, p), axis)
                 drive = spins.torque[p] * factor_at(amplitudes, spins.amplitude[p], time)
-                turned = time_step * (drive + dot(at(parts.torque, p), axis))
+                impulse = duration * (drive + dot(at(parts.torque, p), axis))
                 mean = 0.5 * (old + new)
-                drives += time_step * drive * mean
-                bearings += (turned - spins.inertia[p] * (new - old)) * mean
+                ledger.total[DRIVES] += duration * drive * mean
+                ledger.total[BEARINGS] += (impulse - spins.inertia[p] * (new - old)) * mean
             if slides.mass[p] > 0.0:
                 direction = at(slides.direction, p)
                 old, new = dot(at(ledger.velocity, p), direction), dot(at(parts.velocity, p), direction)
                 pull = slides.force[p] * factor_at(amplitudes, slides.amplitude[p], time)
-                drives += time_step * pull * 0.5 * (old + new)
-                bearings += time_step * slides.damping[p] * old * 0.5 * (old + new)
-        ledger.total[DRIVES] += drives
-        ledger.total[BEARINGS] += bearings
-        ledger.late[DRIVES] = 0.5 * drives
-        ledger.late[BEARINGS] = 0.5 * bearings
+                load = pull + dot(at(parts.force, p), direction) - slides.stiffness[p] * slides.offset[p]
+                mean = 0.5 * (old + new)
+                ledger.total[DRIVES] += duration * pull * mean
+                ledger.total[BEARINGS] += (duration * load - slides.mass[p] * (new - old)) * mean

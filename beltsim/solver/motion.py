@@ -1,4 +1,8 @@
-"""How parts move: prescribed, free or driven rotation about their axis, and sliding along one direction."""
+"""How parts move: prescribed, free or driven rotation about their axis, and sliding along one direction.
+
+Parts are stepped as particles are: half a kick by the loads at the beginning, a drift with the velocities of the
+middle, half a kick by the loads at the end. So both are at the same time whenever anybody looks.
+"""
 
 from __future__ import annotations
 
@@ -53,11 +57,12 @@ class Spins(NamedTuple):
 class Slides(NamedTuple):
     """Translation of each part: with a given velocity, or along a direction under a force, a spring and a damper."""
 
+    velocity: Array  # (3, p) m/s, where it is prescribed
     moves: Array  # (p,) 1, or 0 where the velocity is that of the surface only
     direction: Array  # (3, p) unit
     mass: Array  # (p,) kg; 0: the velocity is prescribed
     force: Array  # (p,) N
-    amplitude: Array  # (p,) int32, as in Spins
+    amplitude: Array  # (p,) int32 table for velocity or force, -1: constant
     stiffness: Array  # (p,) N/m
     damping: Array  # (p,) N s/m
     offset: Array  # (p,) m, from the place where the spring is relaxed
@@ -89,13 +94,22 @@ def with_friction(rate, torque, friction, inertia, time_step):
 
 
 @kernel
-def move_parts(parts, spins, slides, amplitudes, time, time_step):
+def prescribe_parts(parts, spins, slides, amplitudes, time):
+    """Give all parts whose motion is prescribed their velocities at a time."""
+    for p in range(parts.radius.size):
+        if spins.mode[p] == PRESCRIBED:
+            axis = rotate(at4(parts.orientation, p), at(spins.axis, p))
+            factor = factor_at(amplitudes, spins.amplitude[p], time)
+            put(parts.angular_velocity, p, scaled(axis, spins.rate[p] * factor))
+        if slides.mass[p] == 0.0:
+            factor = factor_at(amplitudes, slides.amplitude[p], time)
+            put(parts.velocity, p, scaled(at(slides.velocity, p), factor))
+
+
+@kernel
+def move_parts(parts, slides, time_step):
     """Drift of all parts over one step, with the velocities of its middle."""
     for p in range(parts.radius.size):
-        axis = rotate(at4(parts.orientation, p), at(spins.axis, p))
-        if spins.mode[p] == PRESCRIBED and spins.rate[p] != 0.0:
-            rate = spins.rate[p] * factor_at(amplitudes, spins.amplitude[p], time + 0.5 * time_step)
-            put(parts.angular_velocity, p, scaled(axis, rate))
         turn = exponential(scaled(at(parts.angular_velocity, p), time_step))
         put4(parts.orientation, p, product(turn, at4(parts.orientation, p)))
         if slides.moves[p] != 0.0:
@@ -106,24 +120,28 @@ def move_parts(parts, spins, slides, amplitudes, time, time_step):
 
 
 @kernel
-def push_parts(parts, spins, slides, amplitudes, time, time_step):
-    """Kick of all parts that follow their loads, over one step at the given time."""
+def push_parts(parts, spins, slides, amplitudes, time, duration, first):
+    """Half a kick of all parts that follow their loads: by those of the given time, over half a step.
+
+    Dampers see the velocity of the middle of the step in both halves, the `first` (1.0, else 0.0) and the second:
+    that is the trapezoidal rule, of second order and stable however strong the damper.
+    """
     for p in range(parts.radius.size):
         if spins.mode[p] == FREE:
             axis = rotate(at4(parts.orientation, p), at(spins.axis, p))
             drive = spins.torque[p] * factor_at(amplitudes, spins.amplitude[p], time)
             torque = drive + dot(at(parts.torque, p), axis)
             rate = dot(at(parts.angular_velocity, p), axis)
-            rate = with_friction(rate, torque, spins.friction_torque[p], spins.inertia[p], time_step)
+            rate = with_friction(rate, torque, spins.friction_torque[p], spins.inertia[p], duration)
             put(parts.angular_velocity, p, scaled(axis, rate))
         if slides.mass[p] > 0.0:
             direction = at(slides.direction, p)
             speed = dot(at(parts.velocity, p), direction)
             force = slides.force[p] * factor_at(amplitudes, slides.amplitude[p], time)
-            force += dot(at(parts.force, p), direction)
-            force -= slides.stiffness[p] * slides.offset[p] + slides.damping[p] * speed
-            speed += time_step * force / slides.mass[p]
-            put(parts.velocity, p, scaled(direction, speed))
+            force += dot(at(parts.force, p), direction) - slides.stiffness[p] * slides.offset[p]
+            damping = duration * slides.damping[p] / slides.mass[p]
+            speed = speed - (1.0 - first) * damping * speed + duration * force / slides.mass[p]
+            put(parts.velocity, p, scaled(direction, speed / (1.0 + first * damping)))
 
 
 @inner

@@ -41,9 +41,10 @@ def sphere_pairs(
         relative = sub(
             surface(of(velocity, i), spins[0], arms[0]), surface(of(velocity, j), spins[1], arms[1])
         )
-        # What is held moves like an infinite mass; two held ones never stand in a list.
-        inverse = moves[i] / mass[i] + moves[j] / mass[j]
-        rolling_inverse = moves[i] / (inertia[i] + mass[i] * radius[i] * radius[i])
+        # What is held moves like an infinite mass; of two held ones, which may still turn, any mass does.
+        held = 1.0 if moves[i] + moves[j] == 0.0 else 0.0
+        inverse = (moves[i] + held) / mass[i] + moves[j] / mass[j]
+        rolling_inverse = (moves[i] + held) / (inertia[i] + mass[i] * radius[i] * radius[i])
         rolling_inverse += moves[j] / (inertia[j] + mass[j] * radius[j] * radius[j])
         reduced = radius[i] * radius[j] / (radius[i] + radius[j])
         history = (of(springs, k), stiffnesses[k], of(rollings, k))

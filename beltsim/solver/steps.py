@@ -15,6 +15,7 @@ from beltsim.solver.contacts import (
     sphere_box_pass,
     sphere_part_pass,
 )
+from beltsim.solver.guides import Guided, Pivots, guide, hold_axes, turn_guided
 from beltsim.solver.integration import kick, kick_and_drift, weigh
 from beltsim.solver.jit import inner, kernel
 from beltsim.solver.ledger import Ledger, note_before_push, note_first_half, note_push, note_second_half
@@ -23,6 +24,7 @@ from beltsim.solver.motion import (
     factor_at,
     fastest_part,
     move_parts,
+    prescribe_parts,
     push_parts,
     sum_part_loads,
 )
@@ -62,8 +64,8 @@ class Environment(NamedTuple):
     listed: Array  # (3, n) positions when the lists were made, m
     part_travel: Array  # (1,) how far parts may have moved since, m
     part_work: Array  # (p,) work of each part on what touches it, J
-    turned: Array  # (h,) int32 particles with a prescribed spin
-    turning: Array  # (3, h) rad/s
+    guided: Guided
+    pivots: Pivots | None = None
     ledger: Ledger | None = None  # if an energy book is kept
     team: int | None = None  # threads; None: one, and nothing parallel is compiled
 
@@ -119,8 +121,10 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
         bonds, runs, kinds = belt
         bond_pass(particles, bonds, runs, kinds, strength, clock.step, clock.time_step)
     find_contact_forces(particles, shapes, laws, *lists, parts, drives[1].moves, clock.time_step)
+    time = clock.start + clock.step * clock.time_step
     if given is not None:
-        add_given_loads(particles, given, drives[2], clock.start + clock.step * clock.time_step)
+        add_given_loads(particles, given, drives[2], time)
+    hold_axes(particles, environment.pivots, drives[2], time, clock.time_step)
 
 
 @inner
@@ -174,6 +178,14 @@ def find_contact_forces(
         sum_part_loads(parts, contacts)
 
 
+@inner
+def kick_parts(ledger, parts, drives, time, duration, first):
+    """The first or the second half of the push of parts, and what a book notes of it; see `motion.push_parts`."""
+    note_before_push(ledger, parts)
+    push_parts(parts, *drives, time, duration, first)
+    note_push(ledger, parts, *drives, time, duration)
+
+
 @kernel
 def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock, steps):
     """Up to `steps` steps.
@@ -199,10 +211,15 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         step = clock.step + n
         time = clock.start + step * dt
         reach = 0.5 * (clock.skin - environment.part_travel[0]) - clock.cap
+        guide(particles, environment.guided, amplitudes, time + 0.5 * dt)
         far, fast, lost = kick_and_drift(particles, environment, dt, reach, clock.cap)
         if lost > 0:
             return n, LOST
-        move_parts(parts, spins, slides, amplitudes, time, dt)
+        turn_guided(particles, environment.guided, amplitudes, time + 0.5 * dt, dt)
+        kick_parts(environment.ledger, parts, drives, time, 0.5 * dt, 1.0)
+        prescribe_parts(parts, spins, slides, amplitudes, time + 0.5 * dt)
+        move_parts(parts, slides, dt)
+        environment.part_travel[0] += dt * fastest_part(parts, slides)
         now = Clock(dt, clock.start, step + 1, clock.skin, clock.cap)
         # Work over a step: the velocities of its middle with the loads of both its ends.
         ledger = environment.ledger
@@ -213,11 +230,10 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         note_second_half(
             ledger, particles, parts, spins, slides, given, amplitudes, environment, time + dt, dt
         )
-        note_before_push(ledger, parts)
-        push_parts(parts, spins, slides, amplitudes, time + dt, dt)
-        note_push(ledger, parts, spins, slides, amplitudes, time + dt, dt)
+        kick_parts(ledger, parts, drives, time + dt, 0.5 * dt, 0.0)
+        prescribe_parts(parts, spins, slides, amplitudes, time + dt)
         kick(particles, dt)
-        environment.part_travel[0] += dt * fastest_part(parts, slides)
+        guide(particles, environment.guided, amplitudes, time + dt)
         # Nobody beyond `reach`, nobody faster than `cap`: no pair gets from beyond the skin into touch next step.
         if belt is not None and belt[0].wound[0] > 0:
             return n + 1, WOUND_UP
