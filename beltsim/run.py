@@ -20,7 +20,7 @@ from beltsim.measures import LOOK_PAUSE, Measures, look, measures_of, remember
 from beltsim.record import OBSERVABLES, contents_of, frame_of, keeps_energy
 from beltsim.scene import Scene
 from beltsim.scene.guiding import guides_of
-from beltsim.scene.machinery import acts_in, drives_of, table_of
+from beltsim.scene.machinery import acts_in, drives_of, table_of, unit_warnings
 from beltsim.solver.steps import GivenLoads
 from beltsim.source import Source, arrivals, pause_of, planned_count, source_of
 from beltsim.stepsize import choose, present_limit, refuse_reference
@@ -165,6 +165,7 @@ def run(
                 tally.messages += [
                     *overlap_warnings(state),
                     *until_warnings(scene, until),
+                    *unit_warnings(deck, scene.machinery),
                     *too_many(threads),
                 ]
                 for message in tally.messages:

@@ -1,4 +1,4 @@
-"""Bulk inlets: spheres placed without overlap in a box, at a mass rate.
+"""Bulk inlets: spheres placed in a box at a mass rate, without overlap with particles and parts.
 
 Two random streams come from the seed: one draws the particle types, one the places. So the sequence of types, and with
 it the largest number of particles, is known before the run, whatever space there is in the box.
@@ -11,9 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from beltsim.clearance import distance_to_part, near_triangles, triangles_of
 from beltsim.inp import Block
 from beltsim.scene import Scene
-from beltsim.scene.bodies import Body, Population
+from beltsim.scene.bodies import CYLINDER, Body, Population
+from beltsim.scene.machinery import MESH, Machinery
+from beltsim.scene.touching import of_shape
 from beltsim.turnover import Arrivals
 
 TRIES = 40  # places tried for one particle before it waits for the next visit
@@ -98,10 +101,11 @@ def arrivals(source: Source, scene: Scene, time: float, next_id: int) -> Arrival
     """Spheres that are due at a time and find room in the box; None if there are none."""
     bodies = scene.population.bodies
     centres, reach = occupied(source, scene)
+    solids = solids_near(source, scene)
     found, species = [], []
     while source.inserted + bodies[source.next_type()].mass <= source.due(time):
         radius = bodies[source.waiting].edge_radius
-        place = free_place(source, radius, centres, reach)
+        place = free_place(source, radius, centres, reach, solids)
         if place is None:
             break
         centres, reach = np.vstack([centres, place]), np.append(reach, radius)
@@ -117,20 +121,57 @@ def arrivals(source: Source, scene: Scene, time: float, next_id: int) -> Arrival
 
 
 def occupied(source: Source, scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Centres (m, 3) and bounding radii (m,) of the particles in or beside the box."""
+    """Centres (m, 3) and bounding radii (m,) of the particles in or beside the box; cylinders are among the parts."""
     position, bounding = scene.population.particles.position.T, scene.shapes.bounding
     widest = max(scene.population.bodies[s].edge_radius for s in source.species)
     margin = (bounding + widest)[:, None]
     near = np.all((position > source.low - margin) & (position < source.high + margin), axis=1)
+    near[of_shape(scene.population, CYLINDER)] = False
     return position[near], bounding[near]
 
 
-def free_place(source: Source, radius: float, centres: np.ndarray, reach: np.ndarray) -> np.ndarray | None:
+@dataclass
+class Solids:
+    """Parts in or beside the box of a source."""
+
+    machinery: Machinery
+    parts: list[int]  # cylinders and planes
+    triangles: np.ndarray  # (t, 3, 3) m
+
+    def touch(self, place: np.ndarray, radius: float) -> bool:
+        """Whether a sphere of a radius at a place would touch one of them."""
+        point = place[None]
+        if any(distance_to_part(point, self.machinery, p)[0] < radius for p in self.parts):
+            return True
+        return bool(near_triangles(point, self.triangles, radius)[0])
+
+
+def solids_near(source: Source, scene: Scene) -> Solids:
+    """What of the parts may be in the way of the spheres of a source, as contact groups have it."""
+    bodies, machinery = scene.population.bodies, scene.machinery
+    groups = [scene.groups.of(bodies[s].group) for s in source.species]
+    touches = scene.groups.may_touch[groups][:, machinery.group].any(axis=0)
+    middle, half = 0.5 * (source.low + source.high), 0.5 * (source.high - source.low)
+    reach = float(np.linalg.norm(half)) + max(bodies[s].edge_radius for s in source.species)
+    parts = [
+        int(p)
+        for p in np.flatnonzero(touches)
+        if machinery.info[p].shape != MESH and distance_to_part(middle[None], machinery, p)[0] < reach
+    ]
+    triangles = triangles_of(machinery)[touches[machinery.walls.part]]
+    beyond = (triangles.min(axis=1) > middle + reach) | (triangles.max(axis=1) < middle - reach)
+    return Solids(machinery, parts, triangles[~beyond.any(axis=1)])
+
+
+def free_place(
+    source: Source, radius: float, centres: np.ndarray, reach: np.ndarray, solids: Solids
+) -> np.ndarray | None:
     """A random place in the box that overlaps nothing, or None after `TRIES` tries."""
     low, high = source.low + radius, source.high - radius
     middle = 0.5 * (source.low + source.high)
     low, high = np.minimum(low, middle), np.maximum(high, middle)
     for place in source.places.uniform(low, high, (TRIES, 3)):
-        if not np.any(np.sum((centres - place) ** 2, axis=1) < (reach + radius) ** 2):
+        free = not np.any(np.sum((centres - place) ** 2, axis=1) < (reach + radius) ** 2)
+        if free and not solids.touch(place, radius):
             return place
     return None

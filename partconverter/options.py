@@ -82,6 +82,7 @@ def _choice(flag: str, values: str, text: str, *, default=None, name=None):
 
 
 LENGTH = Quantity("length")
+WIDEST = 20.0  # m, wider than any pulley
 
 OPTIONS = [
     # what counts as a roller
@@ -147,6 +148,18 @@ def add_options(command):
     return command
 
 
+def refuse_giants(settings: Settings) -> None:
+    """Raise `UsageProblem` for limits that no cylinder of a conveyor can reach: millimetres without their unit."""
+    for flag in ("diameter_limit", "min_diameter", "max_diameter"):
+        value = getattr(settings, flag)
+        if value is not None and value > WIDEST:
+            option = f"--{flag.replace('_', '-')}"
+            raise UsageProblem(
+                f"{option}: found {value:g} m, expected at most {WIDEST:g} m: a number without a unit is in metres; "
+                f"for millimetres write {option} {value:g}mm"
+            )
+
+
 def settings_from(options: dict, belts: tuple[str, ...]) -> Settings:
     """The settings that the options ask for; `UsageProblem` where they contradict."""
     output, only = options.pop("output_as"), options.pop("only")
@@ -154,6 +167,7 @@ def settings_from(options: dict, belts: tuple[str, ...]) -> Settings:
     if not belts and any(value is not None for value in needs_belt):
         raise UsageProblem("--belt-speed, --touch-gap and --ramp need --belt: nothing is driven without one")
     settings = Settings(output=output, only=only.upper() if only else None, **options)
+    refuse_giants(settings)
     low, high = settings.min_diameter, settings.max_diameter
     if low is not None and high is not None and low > high:
         raise UsageProblem(f"--min-diameter {low:g} m is above --max-diameter {high:g} m")

@@ -379,10 +379,54 @@ def test_a_file_that_is_no_wall_is_refused_with_its_line(text, found, tmp_path):
     assert ", expected " in str(refusal.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "given", "found"),
+    [
+        ("cut.stl", {}, "INPUT=.*cut.stl with 14 of the 20 triangles of its header, expected a whole file"),
+        (
+            "cut.stl",
+            {"file_type": "stl_ascii"},
+            "INPUT=.*cut.stl with no endsolid at its end, expected a whole",
+        ),
+        (
+            "cut.ply",
+            {"encoding": "ascii"},
+            "INPUT=.*cut.ply with 1[0-9] of the 20 faces of its header, expected",
+        ),
+    ],
+)
+def test_a_file_that_was_cut_off_is_refused_with_what_is_missing(name, given, found, tmp_path):
+    import trimesh
+
+    path = tmp_path / name
+    trimesh.creation.icosahedron().export(path, **given)
+    deck = case(time_step=1e-5)
+    deck.add("PART", name="chute", shape="MESH", input=str(path), material="stuff")
+    whole = path.read_bytes()
+    lines = whole.splitlines(keepends=True)
+    path.write_bytes(b"".join(lines[:-3]) if given else whole[: 84 + 50 * 14 + 20])
+    with pytest.raises(CommandError, match=found):
+        build(deck)
+
+
 def test_a_file_of_an_unknown_kind_is_refused(tmp_path):
     (tmp_path / "chute.dwg").write_bytes(b"AC1032" + bytes(100))
     with pytest.raises(CommandError, match=r"chute\.dwg with no mesh .*expected an STL, OBJ or PLY file"):
         build(deck_with(tmp_path / "chute.dwg"))
+
+
+def test_a_mesh_without_a_unit_is_said_to_be_in_metres(tmp_path):
+    import trimesh
+
+    from beltsim.scene.machinery import unit_warnings
+
+    deck = case(time_step=1e-5)
+    trimesh.creation.box((1200.0, 30.0, 2.0)).export(tmp_path / "chute.stl")
+    for name, given in (("a", {}), ("b", {"unit": "MM"})):
+        path = str(tmp_path / "chute.stl")
+        deck.add("PART", name=name, shape="MESH", input=path, material="stuff", **given)
+    (warning,) = unit_warnings(deck, build(deck).machinery)
+    assert "chute.stl is read in metres, so it measures 1200 x 30 x 2 m; UNIT=M or UNIT=MM" in warning
 
 
 def test_units_scale_a_mesh(tmp_path):

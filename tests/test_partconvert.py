@@ -213,6 +213,8 @@ def test_a_preview_is_drawn(run, frame):
         (("frame.sat", "--unit", "parsec"), 2, "parsec"),
         (("frame.sat", "--diameter-limit", "300mn"), 2, "unit 'mn'"),
         (("frame.sat", "--diameter-limit", "-1"), 2, "out of range"),
+        (("frame.sat", "--diameter-limit", "300"), 2, "for millimetres write --diameter-limit 300mm"),
+        (("frame.sat", "--min-diameter", "50"), 2, "for millimetres write --min-diameter 50mm"),
         (("frame.sat", "--edge-radius", "nan"), 2, "not a number"),
         (("frame.sat", "--belt-speed", "2"), 2, "need --belt"),
         (("frame.sat", "--ramp", "2"), 2, "need --belt"),

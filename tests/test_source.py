@@ -196,3 +196,44 @@ def test_a_run_reports_what_came_and_what_left(tmp_path):
     assert tally.removed_mass == pytest.approx(tally.removed * MASS, rel=1e-12)
     assert inside + tally.removed_mass == pytest.approx(tally.inserted["feed"], rel=1e-12)
     assert scene.population.particles.position[2].min() > 0.5 - 0.06  # a look every 10 ms at up to 4 m/s
+
+
+def placed(deck, time=0.5):
+    """Places (k, 3) of all stones that a source brings at once."""
+    scene = build(deck)
+    return arrivals(source_of(scene.sources[0], scene.population), scene, time, 1).position
+
+
+def test_a_source_places_nothing_in_parts(tmp_path):
+    """A plane and a plate that cut the box, a roller and an idler particle in it: all stones keep their distance."""
+    deck = feeding_case(rate=20.0)
+    scenes.add_plane(deck, point=(0.0, 0.0, 1.02))
+    plate = np.array([(-0.1, -0.1, 1.06), (0.0, -0.1, 1.06), (0.0, 0.1, 1.06), (-0.1, 0.1, 1.06)])
+    scenes.add_mesh(deck, tmp_path / "plate.stl", plate, [(0, 1, 2), (0, 2, 3)])
+    scenes.add_cylinder(deck, diameter=0.05, length=0.3, point=(0.05, 0.0, 1.06))
+    deck.add(
+        "PARTICLE TYPE",
+        name="idler",
+        shape="CYLINDER",
+        diameter=0.04,
+        length=1.0,
+        edge_radius=0.0,
+        material="stuff",
+        fixed="POSITION",
+    )
+    scenes.add_particles(deck, "idler", [(-0.05, 0.08, 1.09)], orientation=scenes.ALONG_X)
+    x, y, z = placed(deck).T
+    least = 0.01 * (1 - 1e-5)  # the file of the plate is in single precision
+    assert z.size > 20
+    assert (z - 1.02 >= least).all()
+    assert (np.hypot(x - 0.05, z - 1.06) >= 0.025 + least).all()
+    assert (np.hypot(y - 0.08, z - 1.09) >= 0.02 + least).all()
+    assert (np.hypot(np.maximum(x, 0.0), z - 1.06) >= least).all()
+
+
+def test_parts_of_a_group_that_stones_do_not_touch_are_no_obstacle():
+    deck = feeding_case(rate=20.0)
+    deck.add("CONTACT GROUP", name="ghosts")
+    deck.blocks("PARTICLE TYPE")[0].parameters["CONTACT GROUP"] = "ghosts"
+    scenes.add_plane(deck, point=(0.0, 0.0, 2.0), group="ghosts")
+    assert len(placed(deck)) > 20

@@ -102,6 +102,20 @@ def meshes_of(deck: Deck) -> list[Mesh]:
     return meshes
 
 
+def unit_warnings(deck: Deck, machinery: Machinery) -> list[str]:
+    """A word about each mesh file whose unit nobody gave: its numbers count as metres."""
+    blocks, found = list(inp.by_name(deck, "PART").values()), []
+    for mesh in machinery.meshes:
+        block = blocks[mesh.part]
+        if "UNIT" not in block:
+            size = " x ".join(f"{side:.4g}" for side in np.ptp(mesh.vertices, axis=0))
+            found.append(
+                f"warning: {block.where}: {block['INPUT']} is read in metres, so it measures {size} m; UNIT=M or "
+                "UNIT=MM says what it is"
+            )
+    return found
+
+
 def point_spacing(population: Population) -> float:
     """Distance of the points of folds and rims [m]: half the least box, so that none slips between two; 0: no box."""
     boxes = of_shape(population, BOX)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 
 from beltsim.inp import Block
 from beltsim.inp.units import UNITS
 
+HEADER, FACET = 84, 50  # bytes of a binary STL file
+WHOLE = "a whole file: this one is cut off"
 WELD = 1e-6
 """Vertices closer than this share of the mesh's diagonal are one: single precision keeps 1e-7."""
 
@@ -47,11 +52,41 @@ def load(block: Block) -> tuple[np.ndarray, np.ndarray]:
     """Vertices and triangles as they stand in the file."""
     import trimesh
 
+    path = Path(block.path())
+    announced = 0
     try:
-        mesh = trimesh.load_mesh(block.path(), process=False)
-        return np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64).reshape(-1, 3)
+        if path.suffix.lower() == ".stl":
+            refuse_cut_stl(path.read_bytes())
+        elif path.suffix.lower() == ".ply":
+            announced = announced_faces(path.read_bytes())
+        mesh = trimesh.load_mesh(path, process=False)
+        vertices, triangles = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
+    except MeshProblem:
+        raise
     except Exception as error:  # each of trimesh's readers raises its own kinds
         raise MeshProblem(f"no mesh ({error})", "an STL, OBJ or PLY file") from None
+    if len(triangles) < announced:
+        raise MeshProblem(f"{len(triangles)} of the {announced} faces of its header", WHOLE)
+    return vertices, triangles.reshape(-1, 3)
+
+
+def refuse_cut_stl(data: bytes) -> None:
+    """Raise `MeshProblem` for an STL file that ends too early: trimesh would find fewer triangles or none."""
+    count = int.from_bytes(data[HEADER - 4 : HEADER], "little")
+    if len(data) < HEADER or len(data) == HEADER + FACET * count:
+        return
+    if data.lstrip()[:5].lower() == b"solid" and b"facet" in data:
+        if b"endsolid" not in data[-1000:].lower():
+            raise MeshProblem("no endsolid at its end", WHOLE)
+    elif len(data) < HEADER + FACET * count:
+        found = f"{(len(data) - HEADER) // FACET} of the {count} triangles of its header"
+        raise MeshProblem(found, WHOLE)
+
+
+def announced_faces(data: bytes) -> int:
+    """Number of faces that the header of a PLY file announces; 0 if it does not say."""
+    match = re.search(rb"^element\s+face\s+(\d+)", data[:10_000], re.MULTILINE)
+    return int(match[1]) if match else 0
 
 
 def weld(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
