@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltsim.console import CommandError, ExitCode
+from beltsim.diagnosis import diagnosis, wound_diagnosis
 from beltsim.energy import Account, close_lists, energy_in_motion, open_stage, with_books
 from beltsim.exclusions import Excluded, excluded_at_start, renewed
 from beltsim.lists import (
-    BETWEEN_PARTICLES,
     Bonded,
     Families,
     Lists,
@@ -24,7 +24,6 @@ from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE
 from beltsim.scene.guiding import engage
 from beltsim.scene.touching import of_shape
-from beltsim.solver.bonds import bond_measures
 from beltsim.solver.guides import Guided, Pivots, guide
 from beltsim.solver.integration import spin_of_momentum
 from beltsim.solver.motion import Slides, Spins, prescribe_parts
@@ -40,7 +39,13 @@ from beltsim.solver.steps import (
     advance,
     find_forces,
 )
-from beltsim.wall_lists import part_of_pairs, part_of_points
+from beltsim.turnover import sort_free
+
+SORTING = 16
+"""Lists are made so many times before spheres are sorted again: they have moved a few of their radii meanwhile."""
+
+ENOUGH_TO_SORT = 1000
+"""Free spheres from which sorting pays: the state of fewer fits into the second-level cache in any order."""
 
 STEPPERS = {"VERLET": advance, "PEFRL": advance_reference}
 
@@ -113,12 +118,20 @@ def families_of(scene: Scene) -> Families:
     spheres, boxes, meshes = scene.has_spheres, scene.has_boxes, "MESH" in shapes
     return Families(
         spheres=spheres,
+        sphere_material=common_material(scene),
+        rolling=bool(np.any(scene.laws.rolling_friction)),
         boxes=boxes,
         parts=bool(shapes - {"MESH"}),
         walls=(meshes and (spheres or boxes)) or (boxes and "PLANE" in shapes),
         points=meshes and boxes,
         box_boxes=scene.boxes_may_touch,
     )
+
+
+def common_material(scene: Scene) -> int | None:
+    """Row of the material of all spheres that are there or may come, None for several."""
+    found = {scene.materials.row[body.material] for body in scene.population.bodies if body.shape == SPHERE}
+    return found.pop() if len(found) == 1 else None
 
 
 def source_sizes(scene: Scene) -> np.ndarray:
@@ -154,6 +167,10 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     """
     if fastest_step(state) > 0.5 * state.skin:
         raise BlowUp(diagnosis(state))
+    if origin is not None:
+        renumber(state.stage, origin, state.listed.shape[1])
+    if state.list_builds % SORTING == 0:
+        origin = sorted_anew(state, origin)
     scene, population = state.scene, state.scene.population
     count = population.count
     chosen = of_shape(population, SPHERE), of_shape(population, BOX)
@@ -177,8 +194,6 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     if state.account is not None:
         new = with_books(new)
         close_lists(state.account, state.lists)
-    if origin is not None:
-        renumber(state.stage, origin, state.listed.shape[1])
     if state.lists is not None:
         origin = np.arange(count, dtype=np.int64) if origin is None else origin
         carry(new, state.lists, origin, len(machinery.info))
@@ -189,6 +204,17 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     # from being called too fast.
     state.cap = max(1.5 * fastest_step(state), 0.02 * state.skin)
     state.list_builds += 1
+
+
+def sorted_anew(state: State, origin: np.ndarray | None) -> np.ndarray | None:
+    """Sort the free spheres by place, if they are many; `origin` and result as in `renew_lists`."""
+    scene, population = state.scene, state.scene.population
+    if population.count - population.permanent < ENOUGH_TO_SORT:
+        return origin
+    widest = 2.0 * float(scene.shapes.bounding[population.permanent :].max())
+    order = sort_free(scene, widest + state.skin)
+    renumber(state.stage, order, order.size)
+    return order if origin is None else origin[order]
 
 
 def renumber(stage: Stage, origin: np.ndarray, before: int) -> None:
@@ -276,83 +302,3 @@ def fastest_step(state: State) -> float:
     """The farthest [m] that a particle moves in one step now."""
     velocity = state.scene.population.particles.velocity
     return state.stage.time_step * float(np.sqrt(np.max(np.sum(velocity**2, axis=0), initial=0.0)))
-
-
-def diagnosis(state: State) -> str:
-    """Which particle moved too far, when, and what pushed it."""
-    particles, population = state.scene.population.particles, state.scene.population
-    speed = np.linalg.norm(particles.velocity, axis=0)
-    bad = np.flatnonzero(~np.isfinite(speed))
-    culprit = int(bad[0]) if bad.size else int(np.argmax(speed))
-    place = ", ".join(f"{value:.4g}" for value in particles.position[:, culprit])
-    moved = speed[culprit] * state.stage.time_step
-    return (
-        f"blow-up at t = {state.time:.6g} s: particle {population.id[culprit]} "
-        f"({population.bodies[population.species[culprit]].name}) at ({place}) moves {moved:.3g} m per step "
-        f"({speed[culprit]:.3g} m/s), more than the contact margin of {0.5 * state.skin:.3g} m; "
-        f"{largest_load(state, culprit)}"
-    )
-
-
-def wound_diagnosis(state: State) -> str:
-    """Which bond is turned almost all the way round, and when."""
-    scene, id = state.scene, state.scene.population.id
-    measures, _ = bond_measures(scene.population.particles, scene.bonds, scene.kinds)
-    worst = int(np.argmax(measures[6]))
-    return (
-        f"blow-up at t = {state.time:.6g} s: the bond of particles {id[scene.bonds.first[worst]]} and "
-        f"{id[scene.bonds.second[worst]]} is turned by {np.degrees(measures[6, worst]):.1f} degrees; beyond 180 its "
-        "moment would change its sign"
-    )
-
-
-def largest_load(state: State, slot: int) -> str:
-    """What pushed a particle hardest."""
-    scene, population = state.scene, state.scene.population
-    loads = [(0.0, "no bond or contact loads it")]
-    if scene.bonds is not None:
-        measures, _ = bond_measures(population.particles, scene.bonds, scene.kinds)
-        force = np.hypot(measures[0], measures[1])
-        loads += partners(scene.bonds, force, slot, "bond with particle", population.id)
-    if state.lists is None:  # before the first list
-        return heaviest(loads)
-    parts = np.array([part.name for part in scene.machinery.info])
-    loads += of_walls(state, slot, parts)
-    for name in ("spheres", "boxes", "box_boxes", "sphere_parts", "box_parts"):
-        family = getattr(state.lists, name)
-        if family is not None:
-            force = np.linalg.norm(family[0].loads[:3], axis=0)
-            both = name in BETWEEN_PARTICLES
-            text, names = ("particle", population.id) if both else ("part", parts)
-            loads += partners(family[0], force, slot, f"contact with {text}", names, both)
-    return heaviest(loads)
-
-
-def of_walls(state: State, slot: int, parts: np.ndarray) -> list[tuple[float, str]]:
-    """Forces of meshes and planes on the corners of boxes, and of meshes on spheres, each with the part's name."""
-    found = []
-    for family, part_of in ((state.lists.walls, part_of_pairs), (state.lists.points, part_of_points)):
-        if family is not None:
-            pairs = np.flatnonzero(family.contacts.first == slot)
-            force = np.linalg.norm(family.contacts.loads[:3, pairs], axis=0)
-            names = parts[part_of(family, state.scene.machinery.walls)[pairs]]
-            found += [(float(size), f"contact with part {name}") for size, name in zip(force, names)]
-    return found
-
-
-def heaviest(loads: list[tuple[float, str]]) -> str:
-    """The largest of some loads in words; one that is no number counts as the largest."""
-    force, text = max(loads, key=lambda load: load[0] if np.isfinite(load[0]) else np.inf)
-    return text if force == 0.0 else f"its largest load, {force:.4g} N, is the {text}"
-
-
-def partners(pairs, force, slot: int, text: str, names, both: bool = True) -> list[tuple[float, str]]:
-    """Forces on a particle from a list of pairs, each with the name of the partner."""
-    first = [
-        (float(force[k]), f"{text} {names[pairs.second[k]]}") for k in np.flatnonzero(pairs.first == slot)
-    ]
-    if not both:
-        return first
-    return first + [
-        (float(force[k]), f"{text} {names[pairs.first[k]]}") for k in np.flatnonzero(pairs.second == slot)
-    ]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beltsim.exclusions import Excluded, by_particle
+from beltsim.solver.crossings import crossings_of
 from beltsim.solver.neighbours import (
     carry_history,
     empty_contacts,
@@ -15,7 +16,7 @@ from beltsim.solver.neighbours import (
 )
 from beltsim.solver.part_pairs import part_pairs
 from beltsim.solver.particle_pairs import particle_pairs
-from beltsim.solver.state import Contacts, Loads, Particles, Parts, Shapes, Walls, WallTree
+from beltsim.solver.state import Contacts, Crossings, Loads, Particles, Parts, Shapes, Walls, WallTree
 from beltsim.wall_lists import (
     ListedPoints,
     ListedWalls,
@@ -28,10 +29,18 @@ from beltsim.wall_lists import (
 Listed = tuple[Contacts, Loads]
 
 
+class ListedSpheres(NamedTuple):
+    """Pairs of spheres."""
+
+    contacts: Contacts
+    crossings: Crossings
+    material: int | None  # of all spheres that may ever be there, None for several
+
+
 class Lists(NamedTuple):
     """Lists of near pairs; None for a family that the scene can never have."""
 
-    spheres: Listed | None
+    spheres: ListedSpheres | None
     boxes: Listed | None  # spheres with boxes
     sphere_parts: Listed | None
     box_parts: Listed | None
@@ -48,6 +57,8 @@ class Families(NamedTuple):
     """Which pairs of shapes a scene has, for the whole run: the compiled steps are made for them."""
 
     spheres: bool
+    sphere_material: int | None  # of all spheres, None for several
+    rolling: bool  # some material has rolling friction
     boxes: bool
     parts: bool
     walls: bool
@@ -109,6 +120,12 @@ def make_lists(
         second = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
         return empty_contacts(start, first, second)
 
+    def between_spheres():
+        start, second = particle_pairs(position, shapes, spheres, None, skin, apart)
+        first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
+        contacts = empty_contacts(start, first, second, rolls=families.rolling, summed=False)
+        return ListedSpheres(contacts, crossings_of(start, second), families.sphere_material)
+
     def indexed(contacts, both):
         return contacts, sort_loads(particles.mass.size, contacts.first, contacts.second, both)
 
@@ -122,7 +139,7 @@ def make_lists(
     if families.points:
         near_points = list_points(particles, shapes, parts, walls[0], near_walls, skin)
     return Lists(
-        indexed(among(spheres), True) if families.spheres else None,
+        between_spheres() if families.spheres else None,
         indexed(on_boxes, True) if on_boxes is not None else None,
         indexed(with_parts(spheres, True), False) if families.spheres and families.parts else None,
         indexed(with_parts(boxes, False), False) if families.boxes and families.parts else None,
@@ -153,6 +170,7 @@ def carry(new: Lists, old: Lists, origin: np.ndarray, parts: int) -> None:
             continue
         contacts, before = getattr(new, name)[0], getattr(old, name)[0]
         if name in BETWEEN_PARTICLES:
-            carry_history(contacts, before, contacts.second, before.second, origin, origin)
+            half = name != "boxes"
+            carry_history(contacts, before, contacts.second, before.second, origin, origin, half)
         else:
-            carry_history(contacts, before, contacts.first, before.first, same_part, origin)
+            carry_history(contacts, before, contacts.first, before.first, same_part, origin, False)

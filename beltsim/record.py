@@ -138,21 +138,23 @@ def frame_of(state: State, contents: Contents, tally: dict[str, float], measures
         bonds = dict(zip(MEASURE_ROWS, of_bonds[:, place]))
         bonds["broken"] = (scene.bonds.intact[place] == 0).astype(np.uint8)
     varying = contents.species_of is None
+    # Spheres are sorted by place as they move; frames keep the order of the deck where nobody comes or leaves.
+    slots = slice(None) if contents.id is None else population.slots_of(contents.id)
     return Frame(
         step=state.total_steps,
         time=state.time,
-        position=particles.position.T,
-        velocity=particles.velocity.T,
-        orientation=particles.orientation.T,
-        angular_velocity=particles.angular_velocity.T,
-        force=particles.force.T,
-        torque=particles.torque.T,
-        id=population.id,
-        species_of=population.species if varying else None,
-        mass=particles.mass if varying else None,
-        radius=radius_of(scene) if varying else None,
-        half_extent=population.half_extent if varying else None,
-        edge_radius=population.edge_radius if varying else None,
+        position=particles.position.T[slots],
+        velocity=particles.velocity.T[slots],
+        orientation=particles.orientation.T[slots],
+        angular_velocity=particles.angular_velocity.T[slots],
+        force=particles.force.T[slots],
+        torque=particles.torque.T[slots],
+        id=population.id[slots],
+        species_of=population.species[slots] if varying else None,
+        mass=particles.mass[slots] if varying else None,
+        radius=radius_of(scene)[slots] if varying else None,
+        half_extent=population.half_extent[slots] if varying else None,
+        edge_radius=population.edge_radius[slots] if varying else None,
         bonds=bonds,
         parts=part_states(scene),
         observables=energies(scene, particles, bond_energy)

@@ -1,4 +1,4 @@
-"""Particles that come and go: arrays are made anew, exactly as long as the particles there are."""
+"""Particles that come, go and change places: arrays are made anew, exactly as long as the particles there are."""
 
 from __future__ import annotations
 
@@ -56,25 +56,42 @@ def insert(scene: Scene, new: Arrivals) -> np.ndarray:
 
 def remove(scene: Scene, leaves: np.ndarray) -> np.ndarray:
     """Take away the particles marked in `leaves` (n,) bool; returns the old slot of every one that stays."""
-    population, shapes = scene.population, scene.shapes
     stay = np.flatnonzero(~leaves)
-    population.particles = Particles(
-        *(np.ascontiguousarray(array[..., stay]) for array in population.particles)
-    )
+    take(scene, stay)
+    return stay.astype(np.int64)
+
+
+def sort_free(scene: Scene, cell: float) -> np.ndarray:
+    """Bring the free spheres into the order of cells with the edge `cell` [m]; returns the old slot of every particle.
+
+    Neighbours in space are then neighbours in memory.
+    """
+    population = scene.population
+    place = population.particles.position[:, population.permanent :]
+    # Slices across the longest side, so that neighbours in the next slice are as near as can be.
+    sides = np.argsort(-np.ptp(place, axis=1), kind="stable")
+    column = np.floor(place[sides] / cell).astype(np.int64)
+    order = population.permanent + np.lexsort(column[::-1])
+    origin = np.concatenate([np.arange(population.permanent), order])
+    take(scene, origin)
+    return origin
+
+
+def take(scene: Scene, slots: np.ndarray) -> None:
+    """Keep the particles of some slots, in the order given."""
+    population, shapes = scene.population, scene.shapes
+    population.particles = Particles(*(np.take(array, slots, axis=-1) for array in population.particles))
     scene.shapes = Shapes(
-        np.ascontiguousarray(shapes.core[:, stay]),
-        shapes.radius[stay],
-        shapes.bounding[stay],
-        shapes.material[stay],
-        shapes.group[stay],
+        np.take(shapes.core, slots, axis=1),
+        shapes.radius[slots],
+        shapes.bounding[slots],
+        shapes.material[slots],
+        shapes.group[slots],
         shapes.may_touch,
     )
-    population.id, population.species = population.id[stay], population.species[stay]
-    population.half_extent, population.edge_radius = (
-        population.half_extent[stay],
-        population.edge_radius[stay],
-    )
-    return stay.astype(np.int64)
+    population.id, population.species = population.id[slots], population.species[slots]
+    population.half_extent = population.half_extent[slots]
+    population.edge_radius = population.edge_radius[slots]
 
 
 def outside(scene: Scene) -> np.ndarray:

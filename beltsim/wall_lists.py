@@ -85,7 +85,7 @@ def carry_walls(new: ListedWalls, old: ListedWalls, origin: np.ndarray) -> None:
     """Copy contact history from the old list; `origin` is the old slot of each particle, -1 for new ones."""
     same = np.arange(int(new.contacts.second.max(initial=0)) + 1, dtype=np.int64)
     rows = row_origin(new.feelers.particle, old.feelers.particle, origin)
-    carry_history(new.contacts, old.contacts, new.contacts.second, old.contacts.second, rows, same)
+    carry_history(new.contacts, old.contacts, new.contacts.second, old.contacts.second, rows, same, False)
 
 
 def row_origin(new: np.ndarray, old: np.ndarray, origin: np.ndarray) -> np.ndarray:
@@ -102,4 +102,4 @@ def row_origin(new: np.ndarray, old: np.ndarray, origin: np.ndarray) -> np.ndarr
 def carry_points(new: ListedPoints, old: ListedPoints, origin: np.ndarray) -> None:
     """Copy contact history from the old list, likewise."""
     same = np.arange(int(new.contacts.second.max(initial=0)) + 1, dtype=np.int64)
-    carry_history(new.contacts, old.contacts, new.contacts.second, old.contacts.second, origin, same)
+    carry_history(new.contacts, old.contacts, new.contacts.second, old.contacts.second, origin, same, False)

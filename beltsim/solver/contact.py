@@ -33,7 +33,7 @@ from typing import NamedTuple
 from numba.extending import overload
 
 from beltsim.solver.jit import INLINE, inner
-from beltsim.solver.vectors import across, add, norm, plus, scaled, sub
+from beltsim.solver.vectors import across, add, dot, norm, plus, scaled, sub
 
 LINE_STIFFNESS = math.pi / 4.0
 HERTZ_DAMPING = math.sqrt(5.0 / 6.0)
@@ -238,9 +238,9 @@ def friction_force(velocity, normal, time_step, spring, old_stiffness, stiffness
     """
     sliding = across(velocity, normal)
     turned = across(spring, normal)
-    length = norm(turned)
-    if length > 0.0:
-        turned = scaled(turned, norm(spring) / length)
+    left = dot(turned, turned)
+    if left > 0.0:
+        turned = scaled(turned, math.sqrt(dot(spring, spring) / left))
     if stiffness < old_stiffness:
         turned = scaled(turned, stiffness / old_stiffness)
     spring = plus(turned, -stiffness * time_step, sliding)

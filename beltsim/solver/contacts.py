@@ -100,7 +100,8 @@ def point_loads(law, overlap, radius, mass, inertia, normal, relative, spins, ar
     mass, inertia : reduced mass [kg] and reduced moment of inertia about the contact [kg m2]
     relative : (3,) surface velocity of the first against the second
     spins, arms : of both bodies, arms from their centres to the contact point
-    history : (spring force (3,), tangential stiffness, moment of the rolling spring (3,)) of the step before
+    history : (spring force (3,), tangential stiffness, moment of the rolling spring (3,)) of the step before; the last
+        is None where no contact resists rolling
 
     Returns
     -------
@@ -113,15 +114,23 @@ def point_loads(law, overlap, radius, mass, inertia, normal, relative, spins, ar
     tangential, spring = friction_force(
         relative, normal, time_step, spring, old, shear_stiffness, damping, mass, law.friction * pressed
     )
-    arm = law.rolling_friction * radius
     spin = sub(spins[0], spins[1])
-    moment, rolling = rolling_moment(
-        rolling, spin, normal, time_step, stiffness, arm, law.rolling_damping, inertia, arm * pressed
-    )
+    moment, rolling = resisted(rolling, law, radius, spin, normal, time_step, stiffness, inertia, pressed)
     force = add(scaled(normal, normal_force), tangential)
     torque_1 = add(cross(arms[0], force), moment)
     torque_2 = sub(cross(force, arms[1]), moment)
     return force, moment, torque_1, torque_2, (spring, shear_stiffness, rolling)
+
+
+@inner
+def resisted(rolling, law, radius, spin, normal, time_step, stiffness, inertia, pressed):
+    """Rolling moment on the first body and that of its spring; none without a history of it."""
+    if rolling is None:
+        return NONE, NONE
+    arm = law.rolling_friction * radius
+    return rolling_moment(
+        rolling, spin, normal, time_step, stiffness, arm, law.rolling_damping, inertia, arm * pressed
+    )
 
 
 @inner

@@ -13,9 +13,10 @@ import os
 from pathlib import Path
 
 import numba
+import numba.extending
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
-__all__ = ["inner", "kernel", "vector_kernel"]
+__all__ = ["inner", "kernel", "only_with", "vector_kernel"]
 
 # Contraction and reordering only: full fastmath would fold isnan and isfinite to constants (measured).
 RELAXED = {"contract", "nsz", "arcp", "reassoc", "afn"}
@@ -67,3 +68,15 @@ kernel = functools.partial(_njit, cache=True)
 
 vector_kernel = functools.partial(_njit, cache=True, pipeline_class=NoAlias)
 """Loops that must be vectorised: arguments do not overlap, indices are unsigned, no call of the maths library."""
+
+
+def only_with(group, value):
+    """`value`, or None in scenes without a group; a branch on it would have the type of both."""
+    return None if group is None else value
+
+
+@numba.extending.overload(only_with, jit_options=INLINE)
+def _only_with(group, value):  # noqa: ARG001 - types, not values
+    if isinstance(group, numba.types.NoneType):
+        return lambda group, value: None  # noqa: ARG005
+    return lambda group, value: value  # noqa: ARG005

@@ -163,11 +163,13 @@ def hand_on(book, k, other):
 
 
 @inner
-def carry_book(new, old, k, before):
-    """The history of pair `before` of an old list goes to pair k of the new one."""
+def carry_book(new, old, k, before, sign):
+    """The history of pair `before` of an old list goes to pair k of the new one; -1: with its partners exchanged."""
     if new is not None:
         for row in range(CARRIED):
             new[row, k] = old[row, before]
+        for row in range(HELD, TURNED + 3):
+            new[row, k] *= sign
 
 
 # --- particles and parts -------------------------------------------------------------------------------------------

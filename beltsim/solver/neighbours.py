@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.solver.jit import kernel
+from beltsim.solver.jit import inner, kernel
 from beltsim.solver.ledger import carry_book
 from beltsim.solver.state import Array, Contacts, Loads
 
 
 @kernel
-def carry_history(new, old, new_key, old_key, row_origin, key_origin):
+def carry_history(new, old, new_key, old_key, row_origin, key_origin, half):
     """Copy the history of pairs that stand in both lists.
 
     Parameters
@@ -22,24 +22,33 @@ def carry_history(new, old, new_key, old_key, row_origin, key_origin):
     new, old : Contacts
     new_key, old_key : the arrays that tell the pairs of a row apart (`second`, or `first` for part lists)
     row_origin, key_origin : index in the old list of each row and key of the new one, -1 for none
+    half : each pair stands in the row of its lower particle; particles that were sorted anew may have changed their
+        roles, and what acts on the first acts with the opposite sign on the second
     """
     for row in range(new.start.size - 1):
-        old_row = row_origin[row]
-        if old_row < 0 or old_row >= old.start.size - 1:
-            continue
         for k in range(new.start[row], new.start[row + 1]):
-            wanted = key_origin[new_key[k]]
-            if wanted < 0:
+            old_row, wanted, sign = row_origin[row], key_origin[new_key[k]], 1.0
+            if half and wanted < old_row:
+                old_row, wanted, sign = wanted, old_row, -1.0
+            if old_row < 0 or old_row >= old.start.size - 1 or wanted < 0:
                 continue
             for before in range(old.start[old_row], old.start[old_row + 1]):
                 if old_key[before] == wanted:
                     if old.stiffness[before] > 0.0:
                         new.stiffness[k] = old.stiffness[before]
                         for axis in range(3):
-                            new.spring[axis, k] = old.spring[axis, before]
-                            new.rolling[axis, k] = old.rolling[axis, before]
-                        carry_book(new.book, old.book, k, before)
+                            new.spring[axis, k] = sign * old.spring[axis, before]
+                        carry_rolling(new.rolling, old.rolling, k, before, sign)
+                        carry_book(new.book, old.book, k, before, sign)
                     break
+
+
+@inner
+def carry_rolling(new, old, k, before, sign):
+    """Copy a rolling moment, where there are any."""
+    if new is not None:
+        for axis in range(3):
+            new[axis, k] = sign * old[axis, before]
 
 
 @kernel
@@ -55,8 +64,11 @@ def link_neighbours(start, second, bonded_start, bonded, beside):
                         found += 1
 
 
-def empty_contacts(start: Array, first: Array, second: Array) -> Contacts:
-    """Contacts without history for the pairs given."""
+def empty_contacts(start: Array, first: Array, second: Array, *, rolls=True, summed=True) -> Contacts:
+    """Contacts without history for the pairs given.
+
+    `rolls`: with rolling moments; `summed`: with loads and links between the pairs of a particle.
+    """
     pairs = first.size
     return Contacts(
         start=start,
@@ -64,10 +76,10 @@ def empty_contacts(start: Array, first: Array, second: Array) -> Contacts:
         second=second,
         spring=np.zeros((3, pairs)),
         stiffness=np.zeros(pairs),
-        rolling=np.zeros((3, pairs)),
-        loads=np.zeros((9, pairs)),
+        rolling=np.zeros((3, pairs)) if rolls else None,
+        loads=np.zeros((9, pairs)) if summed else None,
         overlap=np.full(pairs, -1.0),
-        beside=np.full((4, pairs), -1, np.int32),
+        beside=np.full((4, pairs), -1, np.int32) if summed else None,
     )
 
 

@@ -95,11 +95,29 @@ class Contacts(NamedTuple):
     second: Array  # (p,) int32 particle or part
     spring: Array  # (3, p) tangential spring force, N
     stiffness: Array  # (p,) tangential stiffness of the step before, N/m; 0: not touching
-    rolling: Array  # (3, p) moment of the rolling spring, N m
-    loads: Array  # (9, p) as Bonds.loads
+    rolling: Array | None  # (3, p) moment of the rolling spring, N m; None: no material has rolling friction
+    loads: Array | None  # (9, p) as Bonds.loads; None: nobody sums them afterwards
     overlap: Array  # (p,) m, of the last step
-    beside: Array  # (4, p) int32 pair of the same sphere with a bonded neighbour of the box, -1: none
+    beside: Array | None  # (4, p) int32 pair of the same sphere with a bonded neighbour of the box, -1: none
     book: Array | None = None  # (rows, p) of `ledger`, if an energy book is kept
+
+
+class Crossings(NamedTuple):
+    """Particles in chunks, one thread's work each, and the loads of pairs whose partners belong to different chunks.
+
+    Chunks depend on the number of particles only, and every sum has its order, so results do not depend on threads.
+    """
+
+    start: (
+        Array  # (c + 1,) int64: chunk c owns the particles start[c]:start[c + 1] and the pairs of their rows
+    )
+    column: Array  # (p,) int32 column of `loads` where the second particle belongs to another chunk, else -1
+    loads: (
+        Array  # (6, q) force [N] and torque [N m] on those second particles; zero but between the two passes
+    )
+    incoming_start: Array  # (c + 1,) int64: chunk c takes incoming[incoming_start[c]:incoming_start[c + 1]]
+    incoming: Array  # (q,) int32 columns of `loads`, in the order of the particles that they load
+    loaded: Array  # (q,) int32 those particles
 
 
 class Laws(NamedTuple):

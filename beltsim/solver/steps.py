@@ -159,9 +159,7 @@ def find_contact_forces(
         box_box_pass(particles, shapes, laws, contacts, time_step)
         sum_loads(particles, contacts.loads, index)
     if spheres is not None:
-        contacts, index = spheres
-        sphere_sphere_pass(particles, shapes, laws, contacts, time_step)
-        sum_loads(particles, contacts.loads, index)
+        sphere_sphere_pass(particles, shapes, laws, spheres, time_step)
     if boxes is not None:
         contacts, index = boxes
         sphere_box_pass(particles, shapes, laws, contacts, time_step)
@@ -194,8 +192,7 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
     ----------
     belt : (Bonds, Runs, BondKinds) or None
     strength : BondStrength or None
-    lists : (spheres, boxes, sphere_parts, box_parts), each (Contacts, Loads) or None; (walls, points): see
-        `beltsim.wall_lists`, or None; box_boxes as the first
+    lists : `lists.Lists`, those of walls with the triangles behind: None for what the scene lacks
     drives : (Spins, Slides, Amplitudes)
     given : GivenLoads or None
 
