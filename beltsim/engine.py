@@ -30,14 +30,12 @@ from beltsim.solver.motion import Slides, Spins, prescribe_parts
 from beltsim.solver.reference_integrator import advance_reference
 from beltsim.solver.steps import (
     DONE,
-    LISTS_STALE,
     LOST,
     WOUND_UP,
     Clock,
     Environment,
     GivenLoads,
     advance,
-    find_forces,
 )
 from beltsim.turnover import sort_free
 
@@ -149,10 +147,14 @@ def begin_stage(state: State, stage: Stage) -> None:
     prescribe_parts(scene.machinery.parts, stage.spins, stage.slides, scene.amplitudes, stage.start)
     guide(scene.population.particles, stage.guided, scene.amplitudes, stage.start)
     renew_lists(state)
-    arguments = solver_arguments(state, time_step=0.0)
-    find_forces(*arguments)
+    find_forces(state)
     if account is not None:
         open_stage(state, before)
+
+
+def find_forces(state: State) -> None:
+    """All loads at the present moment; no step, so nothing slides or creeps."""
+    STEPPERS[state.stage.integrator](*solver_arguments(state, time_step=0.0), 0)
 
 
 def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
@@ -243,7 +245,7 @@ def renumber(stage: Stage, origin: np.ndarray, before: int) -> None:
 
 
 def solver_arguments(state: State, time_step: float | None = None) -> tuple:
-    """Arguments of `find_forces`, and of `advance` but for the number of steps."""
+    """Arguments of `advance` but for the number of steps."""
     scene, stage = state.scene, state.stage
     dt = stage.time_step if time_step is None else time_step
     belt = None if scene.bonds is None else (scene.bonds, scene.runs, scene.kinds)
@@ -276,15 +278,14 @@ def solver_arguments(state: State, time_step: float | None = None) -> tuple:
 
 
 def advance_by(state: State, steps: int) -> None:
-    """Make `steps` steps; none compiles the kernels.
+    """Make `steps` steps.
 
     Raises
     ------
     BlowUp
         If a particle moves more than half the skin in one step, or is not finite any more.
     """
-    reason = LISTS_STALE
-    while steps > 0 or reason != DONE:
+    while steps > 0:
         done, reason = STEPPERS[state.stage.integrator](*solver_arguments(state), steps)
         state.step += done
         state.total_steps += done

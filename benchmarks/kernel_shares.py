@@ -1,6 +1,7 @@
 """Where the time of a step goes: each pass by itself, on the state of a scene.
 
-A pass is timed as the solver runs it: through `find_forces` with every other group left out, which compiles them away.
+A pass is timed as the solver runs it: through `advance` with every other group left out, which compiles them away.
+Without a step, it finds the forces and no more.
 Springs do not grow meanwhile: the time step is zero.
 """
 
@@ -11,7 +12,7 @@ import time
 from beltsim.engine import State, advance_by, renew_lists, solver_arguments
 from beltsim.lists import Lists
 from beltsim.solver.integration import kick, kick_and_drift
-from beltsim.solver.steps import find_forces, sum_loads
+from beltsim.solver.steps import advance, sum_loads
 
 ENOUGH = 0.1  # s of CPU for each figure
 
@@ -30,14 +31,14 @@ def seconds(call) -> float:
 
 
 def forces_with(state: State, belt: bool, family: str | None):
-    """A call of `find_forces` with the bonds or one list of contacts, or with neither."""
+    """A call that finds the forces with the bonds or one list of contacts, or with neither."""
     arguments = list(solver_arguments(state, time_step=0.0))
     if not belt:
         arguments[3] = None
     arguments[5] = tuple(
         None if name != family else value for name, value in zip(Lists._fields, arguments[5])
     )
-    return lambda: find_forces(*arguments)
+    return lambda: advance(*arguments, 0)
 
 
 def shares(state: State, steps: int = 200) -> dict:

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 import scenes
 
-from beltsim.engine import BlowUp, solver_arguments, state_of
+from beltsim.engine import BlowUp, find_forces, state_of
 from beltsim.run import prepare
 from beltsim.scene import build
-from beltsim.solver.steps import find_forces
 from beltsim.solver.timestep import damped_limit, impact_duration
 from beltsim.solver.vectors import exponential, product
 from beltsim.stepsize import TimeStepError, bond_limit, present_limit, stable_limit
@@ -68,7 +67,7 @@ def grid_case(rows=8, columns=4, *, damping=0.0, reduction=1.0, thickness=0.01, 
 
 def loads(state):
     """Forces and torques (6, n) at the present state."""
-    find_forces(*solver_arguments(state))
+    find_forces(state)
     p = scenes.particles(state)
     return np.vstack([p.force, p.torque])
 

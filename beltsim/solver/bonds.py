@@ -18,7 +18,7 @@ from beltsim.solver.bond import (
     bond_stress,
     to_world,
 )
-from beltsim.solver.jit import inner, kernel, vector_kernel
+from beltsim.solver.jit import callee, inner, kernel, vector_kernel
 from beltsim.solver.ledger import BOND_BREAKAGE, BOND_DAMPING
 from beltsim.solver.vectors import add, at, at4, cross, dot, norm, product, scaled, sub
 
@@ -221,7 +221,7 @@ def note_breakage(book, particles, bonds, kinds, b, half):
         book[BOND_BREAKAGE, b] += energy - half * (dot(force, stretch) + dot(moment, twist))
 
 
-@kernel
+@callee
 def bond_pass(particles, bonds, runs, kinds, strength, step, time_step=0.0):
     """Add the elastic and viscous loads of all intact bonds to their particles.
 

@@ -16,7 +16,7 @@ import numpy as np
 from beltsim.solver.box_box import box_box, face_area, thinnest
 from beltsim.solver.contact import face_law
 from beltsim.solver.contacts import NONE, forget, law_of, put_loads, reduced_mass, surface, touch
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import callee, inner, kernel
 from beltsim.solver.ledger import note_normal
 from beltsim.solver.shapes import sphere_box
 from beltsim.solver.vectors import add, at, at4, cross, dot, norm, plus, scaled, sub
@@ -39,7 +39,7 @@ def half_thickness(core, edge_radius):
     return core[thinnest(core)] + edge_radius
 
 
-@kernel
+@callee
 def box_box_pass(particles, shapes, laws, contacts, time_step):
     """Contacts between rounded boxes."""
     first, second, radius = contacts.first, contacts.second, shapes.radius

@@ -19,7 +19,7 @@ from beltsim.solver.contact import (
     point_law,
     rolling_moment,
 )
-from beltsim.solver.jit import INLINE, inner, kernel
+from beltsim.solver.jit import INLINE, callee, inner
 from beltsim.solver.ledger import hand_on, note_end, note_friction, note_normal, note_rolling, stored
 from beltsim.solver.shapes import (
     box_cylinder,
@@ -209,7 +209,7 @@ def surface(velocity, spin, arm):
     return add(velocity, cross(spin, arm))
 
 
-@kernel
+@callee
 def sphere_box_pass(particles, shapes, laws, contacts, time_step):
     """Contacts of spheres with rounded boxes; the bonded boxes of a belt are one surface.
 
@@ -297,7 +297,7 @@ def sphere_on_box(particles, shapes, laws, contacts, k, i, j, time_step):
     )
 
 
-@kernel
+@callee
 def sphere_part_pass(particles, shapes, laws, contacts, parts, time_step):
     """Contacts of spheres with cylinders and planes (parts of infinite radius)."""
     position, velocity, spin = particles.position, particles.velocity, particles.angular_velocity
@@ -344,7 +344,7 @@ def sphere_part_pass(particles, shapes, laws, contacts, parts, time_step):
         )
 
 
-@kernel
+@callee
 def box_cylinder_pass(particles, shapes, laws, contacts, parts, time_step):
     """Line contacts of rounded boxes with cylinders."""
     position, velocity, spin = particles.position, particles.velocity, particles.angular_velocity

@@ -11,7 +11,7 @@ import math
 
 from beltsim.solver.bond import to_world
 from beltsim.solver.bonds import of, of4, rows3, rows4
-from beltsim.solver.jit import inner, kernel, vector_kernel
+from beltsim.solver.jit import callee, inner, kernel, vector_kernel
 from beltsim.solver.vectors import (
     at,
     at4,
@@ -169,7 +169,7 @@ def last_half_kick(velocity, momentum, force, torque, mass, moves, turns, time_s
             momentum[c][i] += half * turns[i] * torque[c][i]
 
 
-@kernel
+@callee
 def weigh(particles, environment):
     """Begin the sum of all loads with gravity and global damping."""
     begin_sum(

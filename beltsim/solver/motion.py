@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import callee, inner, kernel
 from beltsim.solver.state import Array
 from beltsim.solver.vectors import (
     across,
@@ -106,7 +106,7 @@ def prescribe_parts(parts, spins, slides, amplitudes, time):
             put(parts.velocity, p, scaled(at(slides.velocity, p), factor))
 
 
-@kernel
+@callee
 def move_parts(parts, slides, time_step):
     """Drift of all parts over one step, with the velocities of its middle."""
     for p in range(parts.radius.size):
@@ -119,7 +119,7 @@ def move_parts(parts, slides, time_step):
                 slides.offset[p] += time_step * dot(velocity, at(slides.direction, p))
 
 
-@kernel
+@callee
 def push_parts(parts, spins, slides, amplitudes, time, duration, first):
     """Half a kick of all parts that follow their loads: by those of the given time, over half a step.
 

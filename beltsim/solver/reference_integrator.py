@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from beltsim.solver.bonds import of, of4, rows3, rows4
 from beltsim.solver.integration import in_body, kick, translate, turn_freely, world_spin
-from beltsim.solver.jit import kernel
+from beltsim.solver.jit import callee, kernel
 from beltsim.solver.steps import DONE, LISTS_STALE, LOST, TOO_FAST, Clock, find_forces
 
 XI = 0.1786178958448091
@@ -38,7 +38,7 @@ def turn_to_fourth_order(orientation, momentum, spin, inertia, turns, time_step)
                 orientation[c][i] = q[c]
 
 
-@kernel
+@callee
 def drift(particles, environment, time_step, reach, cap):
     """Free motion of all particles; returns the counts of `steps.translate`."""
     position, velocity, listed = (
@@ -70,7 +70,7 @@ def drift(particles, environment, time_step, reach, cap):
     return counts
 
 
-@kernel
+@callee
 def kick_by(particles, time_step):
     """Push of all particles by the present loads over a time."""
     # `kick` is half a step of Verlet.
@@ -83,6 +83,8 @@ def advance_reference(
 ):
     """Up to `steps` steps of PEFRL; parameters and result as `steps.advance`. Parts stay where they are."""
     dt = clock.time_step
+    if steps == 0:
+        find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock)
     for n in range(steps):
         done = 0.0
         far = fast = lost = 0

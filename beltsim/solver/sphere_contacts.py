@@ -18,7 +18,7 @@ from numba.extending import overload
 
 from beltsim.solver.bonds import of, rows3
 from beltsim.solver.contacts import law_of, note_point, point_loads, surface
-from beltsim.solver.jit import INLINE, inner, kernel, only_with, vector_kernel
+from beltsim.solver.jit import INLINE, callee, inner, only_with, vector_kernel
 from beltsim.solver.ledger import note_end
 from beltsim.solver.vectors import cross, norm, scaled, sub
 
@@ -227,7 +227,7 @@ def scatter_rolling(rolling, touching, count, tile):
                 rolling[c, touching[n]] = tile[ROLLING + c, n]
 
 
-@kernel
+@callee
 def sphere_chunk(particles, shapes, laws, law, contacts, crossings, chunk, time_step):
     """Contacts in the rows of one chunk of particles."""
     pairs = (contacts.first.view(np.uint32), contacts.second.view(np.uint32))
@@ -257,7 +257,7 @@ def sphere_chunk(particles, shapes, laws, law, contacts, crossings, chunk, time_
         scatter_rolling(contacts.rolling, touching, found, tile)
 
 
-@kernel
+@callee
 def take_crossings(particles, crossings, chunk):
     """Add the loads that crossed into a chunk from those before it."""
     force, torque, loads = particles.force, particles.torque, crossings.loads
@@ -270,7 +270,7 @@ def take_crossings(particles, crossings, chunk):
             loads[3 + c, column] = 0.0
 
 
-@kernel
+@callee
 def sphere_sphere_pass(particles, shapes, laws, listed, time_step):
     """Contacts between spheres; see `lists.ListedSpheres`."""
     contacts, crossings, material = listed

@@ -17,7 +17,7 @@ from beltsim.solver.contacts import (
 )
 from beltsim.solver.guides import Guided, Pivots, guide, hold_axes, turn_guided
 from beltsim.solver.integration import kick, kick_and_drift, weigh
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import callee, inner, kernel
 from beltsim.solver.ledger import Ledger, note_before_push, note_first_half, note_push, note_second_half
 from beltsim.solver.motion import (
     add_part_work,
@@ -97,7 +97,7 @@ def sum_loads(particles, loads, index):
         put(torque, i, t)
 
 
-@kernel
+@callee
 def add_given_loads(particles, given, amplitudes, time):
     """Add the loads of *FORCE blocks at a time; in order, since several may act on one particle."""
     for r in range(given.particle.size):
@@ -108,15 +108,16 @@ def add_given_loads(particles, given, amplitudes, time):
             particles.torque[axis, i] += factor * given.load[3 + axis, r]
 
 
-@kernel
+@callee
 def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock):
     """All loads at the present positions, at the time of the clock.
 
     Groups that the scene lacks are None: numba compiles their branch away. See `advance` for the parameters.
     """
     weigh(particles, environment)
-    parts.force[:] = 0.0
-    parts.torque[:] = 0.0
+    for p in range(parts.force.shape[1]):
+        put(parts.force, p, (0.0, 0.0, 0.0))
+        put(parts.torque, p, (0.0, 0.0, 0.0))
     if belt is not None:
         bonds, runs, kinds = belt
         bond_pass(particles, bonds, runs, kinds, strength, clock.step, clock.time_step)
@@ -186,7 +187,7 @@ def kick_parts(ledger, parts, drives, time, duration, first):
 
 @kernel
 def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock, steps):
-    """Up to `steps` steps.
+    """Up to `steps` steps; with none, the loads at the clock's moment and no more: one compiled call for both.
 
     Parameters
     ----------
@@ -204,6 +205,8 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
     """
     spins, slides, amplitudes = drives
     dt = clock.time_step
+    if steps == 0:
+        find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock)
     for n in range(steps):
         step = clock.step + n
         time = clock.start + step * dt

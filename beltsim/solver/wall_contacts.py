@@ -26,7 +26,7 @@ from beltsim.solver.contacts import (
     surface,
     touch,
 )
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import callee, inner
 from beltsim.solver.ledger import hand_on, note_normal, stored
 from beltsim.solver.shapes import sphere_box, sphere_plane
 from beltsim.solver.triangles import nearest_on_triangle, sphere_triangle
@@ -52,7 +52,7 @@ SMOOTH = 0.2  # rad
 SAME_POINT = 1e-3  # of the ball's radius: T-joints meet within the tolerance of welding only
 
 
-@kernel
+@callee
 def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
     """Contacts of feelers with walls; rows of `contacts` are feelers. `beside[0]` holds who carries.
 
@@ -72,7 +72,7 @@ def rows_of_particle(particle, row):
     return after
 
 
-@kernel
+@callee
 def spheres_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
     """Loads of all spheres on the walls that carry them."""
     particle, start = feelers.particle, contacts.start
@@ -84,7 +84,7 @@ def spheres_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, m
         row = after
 
 
-@kernel
+@callee
 def boxes_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
     """Loads of all boxes on the walls that carry their corners."""
     particle, start = feelers.particle, contacts.start
@@ -120,7 +120,7 @@ def ball_wall(centre, radius, s, walls, parts):
     return overlap, rotate(at4(parts.orientation, p), normal)
 
 
-@kernel
+@callee
 def find_carriers(particles, shapes, laws, contacts, feelers, walls, parts):
     """Mark which walls carry each feeler; what ends hands its history on or loses it.
 
@@ -345,7 +345,7 @@ def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, l
     put_loads(contacts.loads, k, force, cross(arm, force), cross(force, arm_p))
 
 
-@kernel
+@callee
 def wall_point_pass(particles, shapes, laws, contacts, walls, parts, moves, time_step):
     """Contacts of boxes with points of folds and rims; a point pushes as a corner of the box would."""
     for k in range(contacts.first.size):
