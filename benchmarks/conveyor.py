@@ -18,7 +18,7 @@ from beltsim.engine import State, advance_by, begin_stage, state_of
 from beltsim.measures import measures_of
 from beltsim.run import Tally, events_of, prepare, turn_over
 from beltsim.scene import build
-from beltsim.solver.jit import cache_folder
+from beltsim.solver.cache import cache_folder
 from beltsim.source import source_of
 
 SAMPLE = Path(__file__).parent.parent / "samples" / "conveyor"

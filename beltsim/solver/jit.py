@@ -1,45 +1,23 @@
-"""How the kernels are compiled: one decorator for each role, and a cache that is never stale.
-
-numba stamps a cached kernel with the hash of its own file only, so an edit of a law in another file would
-silently run the old machine code (measured: the old result came back). The cache folder is therefore named
-after the hash of all sources in this folder, set before any kernel is defined.
-"""
+"""How the kernels are compiled: one decorator for each role."""
 
 from __future__ import annotations
 
 import functools
-import hashlib
-import os
-from pathlib import Path
 
 import numba
 import numba.extending
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.types import Dispatcher
 
+from beltsim.solver.cache import Store, cache_folder
+
 __all__ = ["callee", "inner", "kernel", "only_with", "vector_kernel"]
 
 # Contraction and reordering only: full fastmath would fold isnan and isfinite to constants (measured).
 RELAXED = {"contract", "nsz", "arcp", "reassoc", "afn"}
 
-
-def _sources_hash() -> str:
-    digest = hashlib.sha256(numba.__version__.encode())
-    package = Path(__file__).parent
-    for source in sorted(package.glob("*.py")):
-        digest.update(source.name.encode())
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def cache_folder() -> Path:
-    """Folder of the compiled kernels of exactly these sources."""
-    given = os.environ.get("NUMBA_CACHE_DIR")
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return (Path(given) if given else home) / "beltsim-kernels" / _sources_hash()
-
-
-numba.config.CACHE_DIR = str(cache_folder())
+STORE = Store(cache_folder())
+numba.config.CACHE_DIR = str(STORE.folder)
 
 
 class NoAlias(CompilerBase):
@@ -64,6 +42,14 @@ INLINE = FORMULAS | {"forceinline": True, "no_cpython_wrapper": True}
 """Options of `inner`, for functions that numba picks by type (numba.extending.overload)."""
 
 
+def compiled(function, *, cache: bool, **options):
+    """numba's compiler of a function; what goes to the cache is saved there under a lock."""
+    dispatcher = numba.njit(function, cache=cache, **(FORMULAS | options))
+    if cache:
+        STORE.guard(dispatcher)
+    return dispatcher
+
+
 class Callee:
     """A function that kernels call, compiled without the way in from Python, which took a fifth of all compile time.
 
@@ -71,7 +57,7 @@ class Callee:
     """
 
     def __init__(self, function, **options):
-        self.compiled = numba.njit(function, **(FORMULAS | {"no_cpython_wrapper": True} | options))
+        self.compiled = compiled(function, no_cpython_wrapper=True, **options)
         functools.update_wrapper(self, function)
 
     @property
@@ -81,14 +67,14 @@ class Callee:
     @functools.cached_property
     def entry(self):
         """The way in from Python."""
-        compiled = self.compiled
-        return numba.njit(lambda *arguments: compiled(*arguments))
+        callee = self.compiled
+        return numba.njit(lambda *arguments: callee(*arguments))
 
     def __call__(self, *arguments):
         return self.entry(*arguments)
 
 
-inner = functools.partial(Callee, forceinline=True)
+inner = functools.partial(Callee, cache=False, forceinline=True)
 """What kernels call: always inlined, since one call that is left keeps a loop from being vectorised."""
 
 callee = functools.partial(Callee, cache=True)
@@ -97,7 +83,7 @@ callee = functools.partial(Callee, cache=True)
 vector_kernel = functools.partial(Callee, cache=True, pipeline_class=NoAlias)
 """Loops that must be vectorised: arguments do not overlap, indices are unsigned, no call of the maths library."""
 
-kernel = functools.partial(numba.njit, cache=True, **FORMULAS)
+kernel = functools.partial(compiled, cache=True)
 """Whatever Python calls, and passes; only kernels and callees go to the cache."""
 
 
