@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from beltsim.cli import main
-from beltsim.verify import book
+from beltsim.verify import book, discharge, two_pulleys
 from beltsim.verify.case import Case, Findings, Plot, Row, Series
 from beltsim.verify.svg import svg, ticks
 
@@ -21,6 +21,40 @@ def test_quick_case_is_within_tolerance(name):
     rows = QUICK[name].find().rows
     assert rows
     assert [row for row in rows if not row.passed] == []
+
+
+@pytest.mark.parametrize("start", [0.1, 0.8])
+def test_the_target_of_a_grain_without_friction_is_that_of_a_bead_on_a_ball(start):
+    angle, speed = discharge.ride(start, carried=5.0, radius=0.2, friction=0.0)
+    # Energy and v^2 = g R cos: cos = 2/3 + v0^2 / 3 g R. The ride is added up in steps of 1e-5 rad.
+    assert math.cos(angle) == pytest.approx(2 / 3 + start**2 / (3 * discharge.G * 0.2), abs=1e-4)
+    assert speed == pytest.approx(math.sqrt(discharge.G * 0.2 * math.cos(angle)), abs=1e-4)
+
+
+def test_a_grain_held_fast_leaves_where_its_weight_no_longer_holds_it_and_a_fast_one_at_once():
+    angle, speed = discharge.ride(1.0, carried=1.0, radius=0.2, friction=1e5)
+    assert math.cos(angle) == pytest.approx(1.0 / (discharge.G * 0.2), abs=1e-3)
+    assert speed == pytest.approx(1.0, abs=1e-3)
+    assert discharge.ride(1.5, carried=1.5, radius=0.2, friction=0.5) == (0.0, 1.5)
+
+
+def test_a_thin_loop_slips_all_around_where_its_tensions_are_as_euler_says():
+    theory = two_pulleys.Theory(two_pulleys.STRING, speed=5.0)
+    tight, slack, _ = theory.under(theory.gross_slip())
+    lost = two_pulleys.STRING.line_mass * 25.0
+    assert (tight - lost) / (slack - lost) == pytest.approx(math.exp(0.4 * math.pi * 0.2 / 0.201), rel=1e-9)
+    # Without torque the strain is that given, less what the dents of the contacts take: 0.03 %
+    assert theory.under(0.0)[:2] == pytest.approx((500.0, 500.0), rel=1e-3)
+
+
+def test_cases_find_the_same_in_processes_of_their_own():
+    cases = book.chosen(["B4f", "K2"])
+    alone, together = list(book.run_cases(cases)), list(book.run_cases(cases, jobs=2))
+    assert [run.name for run in together] == ["B4f", "K2"]
+    for near, far in zip(alone, together):
+        assert [row.result for row in far.findings.rows] == pytest.approx(
+            [row.result for row in near.findings.rows], rel=1e-9, abs=1e-12
+        )
 
 
 # --- rows ------------------------------------------------------------------------------------------------------

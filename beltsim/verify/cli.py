@@ -38,6 +38,13 @@ class Unverified(CommandError):
     help="Markdown page to write, its plots in a folder of its name beside it; default: page to stdout, no plots.",
 )
 @click.option("--overwrite", is_flag=True, help="Replace an existing page and its plots.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    help="How many cases run at a time, each in a process.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print all rows as one JSON object on stdout.")
 @click.option("-q", "--quiet", is_flag=True, help="No line for each case.")
 @guarded
@@ -47,6 +54,7 @@ def verify_command(
     as_list: bool,
     output: str | None,
     overwrite: bool,
+    jobs: int,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -70,7 +78,7 @@ def verify_command(
 
     clock = time.perf_counter()
     outcomes = []
-    for outcome in book.run_cases(cases):
+    for outcome in book.run_cases(cases, jobs):
         outcomes.append(outcome)
         say(line_of(outcome), quiet=quiet)
     wall = time.perf_counter() - clock
@@ -126,7 +134,7 @@ def line_of(outcome) -> str:
         for row in outcome.findings.rows
         if not row.passed
     )
-    text = f"{verdict}  {outcome.name:5} {outcome.case.title} ({outcome.wall:.1f} s)"
+    text = f"{verdict}  {outcome.name:5} {outcome.case.title} ({outcome.cpu:.1f} s)"
     return "\n      ".join(part for part in (text, outcome.trouble or bad) if part)
 
 
@@ -135,7 +143,8 @@ def write(outcomes: list, output: str | None, overwrite: bool) -> list[Path]:
     from beltsim import __version__
     from beltsim.verify.book import page, pictures
 
-    head = f"beltsim {__version__}; {sum(outcome.wall for outcome in outcomes):.0f} s in all, compilation included."
+    cpu = sum(outcome.cpu for outcome in outcomes)
+    head = f"beltsim {__version__}; {cpu:.0f} s of one core in all, compilation included."
     if output is None or output == "-":
         with output_file(output) as stream:
             stream.write(page(outcomes, head, lambda name: f"{name}.svg").encode())
@@ -173,7 +182,7 @@ def record(outcome) -> dict:
         "name": outcome.name,
         "title": outcome.case.title,
         "source": outcome.case.source,
-        "wall": outcome.wall,
+        "cpu": outcome.cpu,
         "passed": outcome.passed,
         "trouble": outcome.trouble,
         "rows": [{name: plain(getattr(row, name)) for name in names} for row in outcome.findings.rows],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -71,6 +72,14 @@ def add_floor(deck: Deck, material: str) -> None:
     """The plane z = 0, solid below."""
     rows = {"position": [[0.0, 0.0, 0.0]], "orientation": [[1.0, 0.0, 0.0, 0.0]]}
     deck.add("PART", name="floor", shape="PLANE", material=material, rows=rows)
+
+
+def add_mesh(deck: Deck, path: Path, vertices, triangles, name: str, material: str) -> None:
+    """A part of triangles (t, 3) between vertices (v, 3) [m], written to `path` (.obj)."""
+    lines = ["v {:.17g} {:.17g} {:.17g}".format(*vertex) for vertex in vertices]
+    lines += ["f {} {} {}".format(*(1 + np.asarray(triangle))) for triangle in triangles]
+    path.write_text("\n".join(lines) + "\n")
+    deck.add("PART", name=name, shape="MESH", input=str(path), material=material, rows={})
 
 
 @dataclass(frozen=True)
