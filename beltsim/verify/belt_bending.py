@@ -36,20 +36,39 @@ def sway(share: float, strip: Strip, critical: float) -> float:
     return growth(*sampled(state, 8.0, 80, lambda s: projection(s, shape, 2, 0.0 * shape)))
 
 
+def bulge(share: float, strip: Strip, critical: float, held: str) -> float:
+    """Growth [1/s2] of the first mode of a strip between ends that are `held` (pinned or clamped) nearer together."""
+    x, last = np.arange(strip.bonds + 1) / strip.bonds, strip.bonds
+    shape = np.sin(np.pi * x) if held == "pinned" else 1.0 - np.cos(2.0 * np.pi * x)
+    deck = strip_deck(strip, stretch=1.0 - share * critical / strip.axial)
+    state = start(deck, **{held: [0, last]}, velocity=np.outer(shape, [0.0, 0.0, 1e-6]))
+    return growth(*sampled(state, 2.0, 80, lambda s: projection(s, shape, 2, 0.0 * shape)))
+
+
+def no_growth(growth_at, critical: float) -> tuple[float, float, float]:
+    """Growths at 0.98 and 1.02 of a load, and the load [N] between them at which a linear growth is zero."""
+    below, above = growth_at(0.98), growth_at(1.02)
+    return below, above, critical * (0.98 - below * 0.04 / (above - below))
+
+
 def buckling() -> Findings:
-    """A pushed cantilever returns below Euler's load and leaves above it."""
+    """A pushed cantilever returns below Euler's load and leaves above it; the load between held ends."""
     strip = Strip(bonds=20)
     critical = math.pi**2 * strip.bending / 4.0
-    below, above = sway(0.98, strip, critical), sway(1.02, strip, critical)
     # The growth is linear in the load: its zero is the critical load.
-    load = critical * (0.98 - below * 0.04 / (above - below))
-    return Findings(
-        [
-            Row("0.98 of the load returns (1) or leaves (0)", "-", 1.0, float(below < 0.0), 0.0),
-            Row("1.02 of the load returns (1) or leaves (0)", "-", 0.0, float(above < 0.0), 0.0, True),
-            Row("load of no growth", "N", critical, load, 5e-3),
-        ]
-    )
+    below, above, load = no_growth(lambda share: sway(share, strip, critical), critical)
+    rows = [
+        Row("0.98 of the load returns (1) or leaves (0)", "-", 1.0, float(below < 0.0), 0.0),
+        Row("1.02 of the load returns (1) or leaves (0)", "-", 0.0, float(above < 0.0), 0.0, True),
+        Row("load of no growth", "N", critical, load, 5e-3),
+    ]
+    strip = Strip(bonds=40)
+    for held, times in (("pinned", 4.0), ("clamped", 16.0)):
+        load = no_growth(
+            lambda share, c=times * critical, h=held: bulge(share, strip, c, h), times * critical
+        )[2]
+        rows.append(Row(f"load of no growth, both ends {held}", "N", times * critical, load, 5e-3))
+    return Findings(rows)
 
 
 def elastica_tip(strip: Strip, alpha: float) -> tuple[float, float, float]:
@@ -112,7 +131,7 @@ def roll_up() -> Findings:
 
 
 CASES = {
-    "D1": Case("Buckling", "Euler, π² EI / 4 L²", buckling),
+    "D1": Case("Buckling", "Euler, π² EI / 4 L²; π² EI / L²; 4 π² EI / L²", buckling),
     "E1": Case(
         "Elastica",
         "elliptic integrals; Bisshopp & Drucker 1945, Mattiasson 1981",

@@ -29,6 +29,7 @@ def fed_belt():
     deck.add("SOURCE", name="feed", particle_type="gravel", mass_rate=RATE, rows=rows)
     deck.add("DOMAIN", rows={"box": [[-1.0, -1.0, -1.0, 1.0, 1.0, 1.0]]})
     deck.add("OUTPUT", interval=0.002)
+    deck.add("MEASURE", name="drive", type="POWER", part="floor", rows={})
     return deck
 
 
@@ -42,12 +43,14 @@ def belt_force() -> Findings:
         tally = run(deck, build(deck), str(path))
         with h5py.File(path) as file:
             force = file["/parts/floor/force/value"][:, 0]
+            power = np.ravel(file["/observables/drive/value"][()])
             times = 0.002 * np.arange(force.size)
     steady = times > 0.6
     mean, rate = -float(force[steady].mean()), tally.achieved("feed")
     rows = [
         Row("achieved rate of the source", "kg/s", RATE, rate, 0.01),
         Row("force of the belt", "N", RATE * (BELT - FEED), mean, 0.03),
+        Row("power of its drive", "W", RATE * (BELT - FEED) * BELT, power[steady].mean(), 0.03),
     ]
     smooth = np.convolve(-force, np.full(25, 1.0 / 25.0), mode="valid")
     series = [
@@ -57,4 +60,6 @@ def belt_force() -> Findings:
     return Findings(rows, [Plot("feeding", "Feed on a moving belt", "time [s]", "force [N]", series)])
 
 
-CASES = {"S1": Case("Feed on a moving belt", "momentum flux, ṁ (V − v₀)", belt_force, quick=False)}
+CASES = {
+    "S1": Case("Feed on a moving belt", "momentum flux, ṁ (V − v₀); ṁ (V − v₀) V", belt_force, quick=False)
+}

@@ -98,6 +98,38 @@ def bouncing() -> Findings:
     return Findings(rows, [plot])
 
 
+def linear_bounces() -> tuple[float, list[float]]:
+    """Fall time [s] of a sphere with a stiff linear contact, e = 0.5, and when it touches the floor."""
+    height, radius = 0.1, 0.005
+    deck = contact_deck(
+        time_step=5e-6, restitution=0.5, gravity=(0.0, 0.0, -9.81), ball=Stuff(1e8, 0.3, 2500.0), wall=RIGID
+    )
+    deck.add("CONTACT MODEL", type="LINEAR")
+    deck.blocks("CONTACT PROPERTY")[0].parameters |= {"NORMAL STIFFNESS": 1e5, "TANGENTIAL STIFFNESS": 1e5}
+    add_spheres(deck, "ball", "ball", radius, [0.0, 0.0, radius + height])
+    add_floor(deck, "wall")
+    state = start(deck, allow_unstable=True)
+    particles, touches, before = state.scene.population.particles, [], False
+    while len(touches) < 5:
+        advance_by(state, 4)
+        touching = bool(particles.position[2, 0] < radius)
+        if touching and not before:
+            touches.append(state.time)
+        before = touching
+    return math.sqrt(2.0 * height / 9.81), touches
+
+
+def linear_bouncing() -> Findings:
+    """A linear contact bounces the same at any speed: the touches come faster and faster, towards a last time."""
+    fall, touches = linear_bounces()
+    targets = fall * (1.0 + 2.0 * np.cumsum(np.concatenate([[0.0], 0.5 ** np.arange(1, 5)])))
+    # With e = 0.5 what is to come of a geometric series is as long as its last member.
+    end = 2.0 * touches[-1] - touches[-2]
+    rows = [Row(f"time of touch {k}", "s", t, f, 5e-3) for k, (t, f) in enumerate(zip(targets, touches), 1)]
+    rows.append(Row("end of bouncing", "s", 3.0 * fall, end, 5e-3))
+    return Findings(rows)
+
+
 def column() -> Findings:
     """Overlaps in a column of five spheres at rest: contact k from the top carries k weights."""
     radius, count = 0.01, 5
@@ -148,5 +180,6 @@ CASES = {
     ),
     "P3": Case("Elastic impact and step", "velocity Verlet: at least order 2", order_of_impact),
     "P4": Case("Bouncing sphere", "h_k = h₀ e^{2k}", bouncing),
+    "P4l": Case("Bouncing, linear contact", "(1 + e)/(1 − e) √(2h₀/g)", linear_bouncing, quick=False),
     "P5": Case("Column of spheres", "Hertz: δ = (3 k m g/4E*√R*)^{2/3}", column),
 }
