@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import click
 
 from beltsim import __version__
-from beltsim.console import ExitCode, UsageProblem, guarded, refuse_existing, say, summary
+from beltsim.console import UsageProblem, guarded, refuse_existing, say, summary
 
 
 class LazyGroup(click.Group):
@@ -113,6 +110,7 @@ def run(
     from beltsim.provenance import case_text, provenance
     from beltsim.run import run as run_scene
     from beltsim.scene import build
+    from beltsim.signals import signals
 
     def tell(message: str) -> None:
         say(message, quiet=quiet)
@@ -185,24 +183,6 @@ def ending(tally, scene, speed: float, path: str) -> str:
     if tally.removed:
         lines.append(f"{tally.removed} particles ({tally.removed_mass:.4g} kg) left the domain")
     return "\n".join(lines)
-
-
-@contextmanager
-def signals() -> Iterator:
-    """Turn the first SIGINT or SIGTERM into an exit code that the run asks for; a second SIGINT stops at once."""
-    caught: list[ExitCode] = []
-
-    def catch(number, frame):  # noqa: ARG001 - the signature is Python's
-        if number == signal.SIGINT and caught:
-            raise KeyboardInterrupt
-        caught.append(ExitCode.INTERRUPTED if number == signal.SIGINT else ExitCode.TERMINATED)
-
-    before = {number: signal.signal(number, catch) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield lambda: caught[0] if caught else None
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 if __name__ == "__main__":

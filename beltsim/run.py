@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from beltsim.breakage import Breaks, gather_breaks
-from beltsim.console import CommandError, ExitCode
 from beltsim.energy import OBSERVABLES as TERMS
 from beltsim.energy import account_of, departing, drift, note_arrivals, note_departures
 from beltsim.engine import BlowUp, Stage, State, advance_by, begin_stage, renew_lists, state_of
@@ -21,6 +20,7 @@ from beltsim.record import OBSERVABLES, contents_of, frame_of, keeps_energy
 from beltsim.scene import Scene
 from beltsim.scene.guiding import guides_of
 from beltsim.scene.machinery import acts_in, drives_of, table_of, unit_warnings
+from beltsim.signals import Stop, Stopped
 from beltsim.solver.steps import GivenLoads
 from beltsim.source import Source, arrivals, pause_of, planned_count, source_of
 from beltsim.stepsize import choose, present_limit, refuse_reference
@@ -31,14 +31,6 @@ from beltsim.turnover import insert, outside, remove
 LONGEST_BATCH = 0.25  # s of wall time between two looks at signals
 DEEP_OVERLAP = 0.1  # of the smaller radius: ten times what a well chosen stiffness gives
 DOMAIN_PAUSE = 0.01  # s of simulated time between two looks at the domain's bounds
-
-
-class Stopped(CommandError):
-    """The run was asked to end before its time; what was written is whole."""
-
-    def __init__(self, message: str, exit_code: ExitCode):
-        super().__init__(message)
-        self.exit_code = exit_code
 
 
 @dataclass
@@ -112,7 +104,7 @@ def run(
     threads: int | None = None,
     report: Callable[[Progress], None] = lambda _: None,
     say: Callable[[str], None] = lambda _: None,
-    stop: Callable[[], ExitCode | None] = lambda: None,
+    stop: Stop | None = None,
 ) -> Tally:
     """Run a scene and write its trajectory to `path`.
 
@@ -122,12 +114,13 @@ def run(
     allow_unstable : run with a given time step above the stability limit
     threads : how many to use at most; None chooses
     report, say : take progress and messages
-    stop : asked between batches; an exit code ends the run in good order
+    stop : asked between batches; an exit code ends the run in good order. None: never
 
     Raises
     ------
     TimeStepError, BlowUp, Stopped
     """
+    stop = stop or Stop(at_once=False)
     for filled in fill_belts(scene):
         say(
             f"fill {filled.belt}: {filled.count} particles of {filled.particle_type}, {filled.mass:.4g} kg, "
@@ -148,30 +141,31 @@ def run(
     provenance = {**(provenance or {}), **start_team(state.team)}
     first = prepare(state, scene.steps[0], 0.0, say, allow_unstable)
     planned = planned_frames(scene, outputs, end)
-    with TrajectoryWriter(
-        path, contents, planned_frames=planned, case_text=case_text, provenance=provenance
-    ) as writer:
+    say("preparing kernels; a scene of a new kind compiles them first, once, in about a quarter of a minute")
+    compile_kernels(state, first, tally)
+    tally.messages += [
+        *overlap_warnings(state),
+        *until_warnings(scene, until),
+        *unit_warnings(deck, scene.machinery),
+        *too_many(threads),
+    ]
+    for message in tally.messages:
+        say(message)
+    with (
+        stop.mode(at_once=False),
+        TrajectoryWriter(
+            path, contents, planned_frames=planned, case_text=case_text, provenance=provenance
+        ) as writer,
+    ):
+        writer.append(frame_now(state, contents, tally))
         start = 0.0
         for number, block in enumerate(scene.steps):
             if start >= end:
                 break
             stage = first if number == 0 else prepare(state, block, start, say, allow_unstable)
-            if number == 0:
-                say(
-                    "preparing kernels; a scene of a new kind compiles them first, once, in about half a minute"
-                )
-            compile_kernels(state, stage, tally)
-            if number == 0:
-                tally.messages += [
-                    *overlap_warnings(state),
-                    *until_warnings(scene, until),
-                    *unit_warnings(deck, scene.machinery),
-                    *too_many(threads),
-                ]
-                for message in tally.messages:
-                    say(message)
-            if number == 0:
-                writer.append(frame_now(state, contents, tally))
+            if number > 0:
+                with stop.mode(at_once=True):
+                    compile_kernels(state, stage, tally)
             stage_end, flows = min(end, start + block["DURATION"]), bool(tally.measures.flows)
             events = events_of(scene, block, stage, sources, outputs, stage_end, flows)
             try:

@@ -1,6 +1,7 @@
 """`beltsim run` as a user meets it: from decks to trajectories, exit codes, wrong input, signals, joined decks."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -223,6 +224,27 @@ def test_an_interrupt_ends_the_run_in_good_order(ball):
     assert process.returncode == ExitCode.INTERRUPTED, errors
     with trajectory.read(path) as frames:
         assert len(frames) >= 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_kernels_compile_ends_the_run_at_once(ball, tmp_path, number):
+    """Nothing is left behind: an earlier trajectory stays as it was, the cache holds whole kernels only."""
+    earlier = ball.with_suffix(".h5")
+    earlier.write_text("as it was")
+    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    words = [sys.executable, "-m", "beltsim.cli", "run", str(ball), "--overwrite"]
+    with subprocess.Popen(words, stderr=subprocess.PIPE, env=env, text=True) as process:
+        while "preparing kernels" not in process.stderr.readline():
+            pass
+        time.sleep(1.0)
+        process.send_signal(number)
+        # One pass of LLVM over one kernel cannot be interrupted; all kernels of this scene take far longer to compile.
+        _, errors = process.communicate(timeout=60)
+    expected = ExitCode.INTERRUPTED if number == signal.SIGINT else ExitCode.TERMINATED
+    assert process.returncode == expected, errors
+    assert errors == "stopped while preparing, between two frames\n"
+    assert earlier.read_text() == "as it was"
+    assert not [path for path in (tmp_path / "cache").rglob("*") if ".tmp." in path.name]
 
 
 def test_an_output_that_is_the_input_is_refused(ball):

@@ -15,6 +15,7 @@ import hashlib
 import os
 import re
 import shutil
+import signal
 import tempfile
 import time
 from collections.abc import Iterator
@@ -78,11 +79,20 @@ class Store:
 
     @contextmanager
     def alone(self) -> Iterator[None]:
-        """One process at a time: two that save at once could take the same file name for different kernels."""
+        """One process at a time, and no signal on the way: an entry is whole.
+
+        Two that save at once could take the same file name for different kernels.
+        """
         with (self.folder / "saving").open("a") as file:
-            if fcntl is not None:
-                fcntl.flock(file, fcntl.LOCK_EX)
-            yield
+            if fcntl is None:
+                yield
+                return
+            fcntl.flock(file, fcntl.LOCK_EX)
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+            try:
+                yield
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def guard(self, dispatcher) -> None:
         """Let a kernel of numba save itself under the lock; one that cannot be saved, as on a full disk, is not."""
