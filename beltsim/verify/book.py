@@ -19,6 +19,7 @@ from beltsim.verify import (
     discharge,
     feeding,
     grids,
+    heaps,
     impacts,
     invariants,
     orifice,
@@ -42,13 +43,12 @@ CHAPTERS = {
     "Impacts": impacts.CASES,
     "Benchmarks of Chung and Ooi": chung_ooi.CASES | chung_ooi_tangential.CASES,
     "Rolling, sliding, sticking": rolling.CASES,
-    "Bulk": feeding.CASES | discharge.CASES | orifice.CASES,
+    "Bulk": feeding.CASES | discharge.CASES | orifice.CASES | heaps.CASES,
 }
 
 ABSENT = {
     "Silo, drum and penetration of Dosta et al. 2024": "up to 100,000 spheres over millions of steps take hours, and "
     "the published curves are not at hand",
-    "Angle of repose": "it has no closed form; that heaps come to rest is in `tests/test_rolling_physics.py`",
     "Critical speed of a moving string": "its frequency falls to zero there; G2 has the law below it",
     "Seams, edges and corners of boxes": "no closed form; that forces change gradually and a belt of boxes is one "
     "surface is in `tests/test_box_contact.py` and `tests/test_rolling_physics.py`",

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from beltsim.solver.contact import LINE_STIFFNESS
 from beltsim.verify.case import Case, Findings, Plot, Row, Series
 from beltsim.verify.loops import ACROSS
 from beltsim.verify.spheres import RIGID, Stuff, add_floor, add_spheres, contact_deck
 from beltsim.verify.stepping import position_of, put_load, run_for, sampled, start
-from beltsim.verify.strips import case_deck, straight
+from beltsim.verify.strips import case_deck
 
 G = 9.81
 BALL = Stuff(5e7, 0.3, 2500.0)
@@ -137,39 +138,65 @@ def block() -> Findings:
     return Findings(rows)
 
 
+YOUNG, SIZE, SLIP, PRESS = 5e7, (0.05, 0.1, 0.01), 0.3, 100.0  # Pa, m, -, N: of the box on a roller
+
+
+def box_on_roller(height: float, tilt=(0.0, 0.0, 0.0), turn=(0.0, 0.0, 0.0)):
+    """A box over a roller along y, its middle at a height above the axis.
+
+    The box is turned by the rotation vector `tilt` about the middle of its underside, then both by `turn`.
+    """
+    turn, tilt = Rotation.from_rotvec(turn), Rotation.from_rotvec(tilt)
+    half = np.array([0.0, 0.0, 0.5 * SIZE[2]])
+    place = turn.apply(np.array([0.0, 0.0, height]) - half + tilt.apply(half))
+    deck = case_deck()
+    deck.add("MATERIAL", name="rubber", density=1200.0, youngs_modulus=YOUNG, poisson_ratio=0.3)
+    deck.add("MATERIAL", name="wall", density=1000.0, youngs_modulus=1e30, poisson_ratio=0.3)
+    deck.add("CONTACT PROPERTY", material_a="*", material_b="*", friction=SLIP, restitution=0.3)
+    deck.add("CONTACT GROUP", name="belt", belt="belt")
+    given = {f"size_{axis}": side for axis, side in zip("xyz", SIZE)} | {
+        f"inertia_{axis}": 1e3 for axis in "xyz"
+    }
+    deck.add(
+        "PARTICLE TYPE", name="box", shape="ROUNDED BOX", material="rubber", contact_group="belt", **given
+    )
+    orientation = (turn * tilt).as_quat(scalar_first=True)
+    deck.add("PARTICLE", type="box", rows={"id": [1], "position": [place], "orientation": [orientation]})
+    along = (turn * Rotation.from_quat(ACROSS, scalar_first=True)).as_quat(scalar_first=True)
+    rows = {"position": [[0.0, 0.0, 0.0]], "orientation": [along]}
+    deck.add("PART", name="roller", shape="CYLINDER", diameter=0.1, length=0.3, material="wall", rows=rows)
+    return start(deck)
+
+
+def tilted_lines() -> Findings:
+    """Force of a line contact of a given overlap: turned with its roller, and tilted by a little in every way."""
+    overlap = 2.5e-5
+    force = LINE_STIFFNESS * YOUNG / (1.0 - 0.09) * SIZE[1] * overlap
+    rows = []
+    for label, tilt, turn, tolerance in (
+        ("as it lies", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1e-6),
+        ("turned with its roller", (0.0, 0.0, 0.0), (0.7, -1.1, 0.4), 1e-6),
+        ("tilted by 1e-3 about the roller's axis", (0.0, 1e-3, 0.0), (0.0, 0.0, 0.0), 0.02),
+        ("skewed by 1e-3", (0.0, 0.0, 1e-3), (0.0, 0.0, 0.0), 0.02),
+        ("tilted by 4e-4 along the line, no end lifted", (4e-4, 0.0, 0.0), (0.0, 0.0, 0.0), 0.02),
+    ):
+        state = box_on_roller(0.05 + 0.5 * SIZE[2] - overlap, tilt, turn)
+        rows.append(
+            Row(f"force, {label}", "N", force, np.linalg.norm(state.scene.machinery.parts.force), tolerance)
+        )
+    return Findings(rows)
+
+
 def line_contact() -> Findings:
     """A box pressed on a roller: the documented law of the line contact, and friction's torque on the roller."""
-    young, size, friction, force = 5e7, (0.05, 0.1, 0.01), 0.3, 100.0
-    deck = case_deck()
-    deck.add("MATERIAL", name="rubber", density=1200.0, youngs_modulus=young, poisson_ratio=0.3)
-    deck.add("MATERIAL", name="wall", density=1000.0, youngs_modulus=1e30, poisson_ratio=0.3)
-    deck.add("CONTACT PROPERTY", material_a="*", material_b="*", friction=friction, restitution=0.3)
-    deck.add("CONTACT GROUP", name="belt", belt="belt")
-    sizes = {f"size_{axis}": side for axis, side in zip("xyz", size)}
-    deck.add(
-        "PARTICLE TYPE",
-        name="box",
-        shape="ROUNDED BOX",
-        material="rubber",
-        contact_group="belt",
-        inertia_x=1e3,
-        inertia_y=1e3,
-        inertia_z=1e3,
-        **sizes,
-    )
-    deck.add(
-        "PARTICLE", type="box", rows={"id": [1], "position": [[0.0, 0.0, 0.055]], "orientation": straight(1)}
-    )
-    rows = {"position": [[0.0, 0.0, 0.0]], "orientation": [ACROSS]}
-    deck.add("PART", name="roller", shape="CYLINDER", diameter=0.1, length=0.3, material="wall", rows=rows)
-    state = start(deck)
+    state, force, friction = box_on_roller(0.055), PRESS, SLIP
     put_load(state, 0, force=(0.0, 0.0, -force))
     state.stage.drag = 200.0
     run_for(state, 0.5)
     overlap = 0.055 - position_of(state)[0, 2]
-    modulus = young / (1.0 - 0.09)
+    modulus = YOUNG / (1.0 - 0.09)
     pressed = Row(
-        "overlap of a line contact", "m", force / (LINE_STIFFNESS * modulus * size[1]), overlap, 1e-4
+        "overlap of a line contact", "m", force / (LINE_STIFFNESS * modulus * SIZE[1]), overlap, 1e-4
     )
     # The box is held along x from now on; the roller turns under it and slips.
     state.scene.population.particles.mobility[:] = 0.0
@@ -201,4 +228,5 @@ CASES = {
     ),
     "R4": Case("Block on an incline", "sticks for μ ≥ tan φ", block),
     "R5": Case("Box on a roller", "F = (π/4) E* l δ; torque μ N R", line_contact),
+    "R6": Case("Line contact, tilted", "F = (π/4) E* l δ, the mean of δ along the line", tilted_lines),
 }
