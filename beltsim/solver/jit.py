@@ -11,10 +11,11 @@ from numba.core.types import Dispatcher
 
 from beltsim.solver.cache import Store, cache_folder
 
-__all__ = ["callee", "inner", "kernel", "only_with", "vector_kernel"]
+__all__ = ["callee", "inner", "kernel", "only_with", "parallel_kernel", "vector_kernel"]
 
-# Contraction and reordering only: full fastmath would fold isnan and isfinite to constants (measured).
-RELAXED = {"contract", "nsz", "arcp", "reassoc", "afn"}
+# Contraction only. Full fastmath would fold isnan and isfinite to constants, and with reordering the copies of one loop
+# that numba links into several kernels gave other last bits: results depended on the threads (both measured).
+RELAXED = {"contract", "nsz"}
 
 STORE = Store(cache_folder())
 numba.config.CACHE_DIR = str(STORE.folder)
@@ -79,6 +80,9 @@ inner = functools.partial(Callee, cache=False, forceinline=True)
 
 callee = functools.partial(Callee, cache=True)
 """What kernels call and is not inlined, as most passes."""
+
+parallel_kernel = functools.partial(Callee, cache=True, parallel=True)
+"""Loops over chunks for several threads, with the body of the serial loop."""
 
 vector_kernel = functools.partial(Callee, cache=True, pipeline_class=NoAlias)
 """Loops that must be vectorised: arguments do not overlap, indices are unsigned, no call of the maths library."""

@@ -13,12 +13,12 @@ by index 20 ns a contact, with 11 more for adding up.
 from __future__ import annotations
 
 import numpy as np
-from numba import types
+from numba import prange, types
 from numba.extending import overload
 
 from beltsim.solver.bonds import of, rows3
 from beltsim.solver.contacts import law_of, note_point, point_loads, surface
-from beltsim.solver.jit import INLINE, callee, inner, only_with, vector_kernel
+from beltsim.solver.jit import INLINE, callee, inner, only_with, parallel_kernel, vector_kernel
 from beltsim.solver.ledger import note_end
 from beltsim.solver.vectors import cross, norm, scaled, sub
 
@@ -270,16 +270,37 @@ def take_crossings(particles, crossings, chunk):
             loads[3 + c, column] = 0.0
 
 
+# Two functions, since numba would fuse two loops of the same length into one; int64, since the index of prange is
+# unsigned and would compile another body.
+
+
+@parallel_kernel
+def share_chunks(particles, shapes, laws, law, contacts, crossings, time_step):
+    """All chunks by several threads: each adds to its own particles, the rest crosses over afterwards."""
+    for chunk in prange(crossings.start.size - 1):
+        sphere_chunk(particles, shapes, laws, law, contacts, crossings, np.int64(chunk), time_step)
+
+
+@parallel_kernel
+def share_crossings(particles, crossings):
+    """The loads that crossed, by several threads."""
+    for chunk in prange(crossings.start.size - 1):
+        take_crossings(particles, crossings, np.int64(chunk))
+
+
 @callee
-def sphere_sphere_pass(particles, shapes, laws, listed, time_step):
-    """Contacts between spheres; see `lists.ListedSpheres`."""
+def sphere_sphere_pass(particles, shapes, laws, listed, time_step, team):
+    """Contacts between spheres; see `lists.ListedSpheres`. `team`: threads, None for one."""
     contacts, crossings, material = listed
     law = common_law(laws, material)
-    chunks = crossings.start.size - 1
-    for chunk in range(chunks):
-        sphere_chunk(particles, shapes, laws, law, contacts, crossings, chunk, time_step)
-    for chunk in range(chunks):
-        take_crossings(particles, crossings, chunk)
+    if team is None:
+        for chunk in range(crossings.start.size - 1):
+            sphere_chunk(particles, shapes, laws, law, contacts, crossings, chunk, time_step)
+        for chunk in range(crossings.start.size - 1):
+            take_crossings(particles, crossings, chunk)
+    else:
+        share_chunks(particles, shapes, laws, law, contacts, crossings, time_step)
+        share_crossings(particles, crossings)
 
 
 def common_law(laws, material):

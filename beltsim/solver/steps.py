@@ -121,7 +121,9 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
     if belt is not None:
         bonds, runs, kinds = belt
         bond_pass(particles, bonds, runs, kinds, strength, clock.step, clock.time_step)
-    find_contact_forces(particles, shapes, laws, *lists, parts, drives[1].moves, clock.time_step)
+    find_contact_forces(
+        particles, shapes, laws, *lists, parts, drives[1].moves, clock.time_step, environment.team
+    )
     time = clock.start + clock.step * clock.time_step
     if given is not None:
         add_given_loads(particles, given, drives[2], time)
@@ -143,6 +145,7 @@ def find_contact_forces(
     parts,
     moves,
     time_step,
+    team,
 ):
     """Loads of all contacts."""
     if walls is not None:
@@ -160,7 +163,7 @@ def find_contact_forces(
         box_box_pass(particles, shapes, laws, contacts, time_step)
         sum_loads(particles, contacts.loads, index)
     if spheres is not None:
-        sphere_sphere_pass(particles, shapes, laws, spheres, time_step)
+        sphere_sphere_pass(particles, shapes, laws, spheres, time_step, team)
     if boxes is not None:
         contacts, index = boxes
         sphere_box_pass(particles, shapes, laws, contacts, time_step)
