@@ -22,7 +22,7 @@ from beltsim.lists import (
 )
 from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE
-from beltsim.scene.guiding import engage
+from beltsim.scene.guiding import engage, led_slots
 from beltsim.scene.touching import of_shape
 from beltsim.solver.guides import Guided, Pivots, guide
 from beltsim.solver.integration import spin_of_momentum
@@ -142,8 +142,11 @@ def begin_stage(state: State, stage: Stage) -> None:
     scene, account, before = state.scene, state.account, 0.0
     if account is not None and state.stage is not None:
         before = energy_in_motion(state)
+    released = np.zeros(0, np.int32)
+    if state.stage is not None:
+        released = led_slots(state.stage.guided, state.stage.pivots)
     state.stage, state.step = stage, 0
-    engage(scene.population, stage.guided, stage.pivots)
+    engage(scene.population, stage.guided, stage.pivots, released)
     prescribe_parts(scene.machinery.parts, stage.spins, stage.slides, scene.amplitudes, stage.start)
     guide(scene.population.particles, stage.guided, scene.amplitudes, stage.start)
     renew_lists(state)

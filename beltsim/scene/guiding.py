@@ -105,27 +105,32 @@ def pivots_of(held: dict) -> Pivots | None:
     return Pivots(np.array(slots, np.int32), friction, torque, table.astype(np.int32), *empty)
 
 
-def engage(population: Population, guided: Guided, pivots: Pivots | None) -> None:
+def engage(population: Population, guided: Guided, pivots: Pivots | None, released: np.ndarray) -> None:
     """Begin a step: who moves and turns under loads, and the momentum of those that do or did.
 
-    What no motion leads any more goes on freely with the velocity that it has, or stands if its type is FIXED.
+    What a motion led until now (slots `released`) goes on freely with the velocity that it has, or stands if its type
+    is FIXED. All others keep the mobility that they have.
     """
-    particles, mobility = population.particles, own_mobility(population)
+    particles = population.particles
+    mobility = particles.mobility.copy()
+    mobility[:, released] = own_mobility(population)[:, released]
     mobility[:, guided.particle] = 0.0
+    fresh = np.zeros(population.count, bool)
     if pivots is not None:
         slots = pivots.particle
-        mobility[1, slots] = 1.0
+        fresh[slots], mobility[1, slots] = True, 1.0
         axes = axes_of(population, slots).T
-        particles.angular_velocity[:, slots] = axes * np.sum(
-            axes * particles.angular_velocity[:, slots], axis=0
-        )
-    moves, turns = mobility > 0.0
-    particles.velocity[:, ~moves] = 0.0
-    particles.angular_velocity[:, ~turns] = 0.0
-    fresh = turns & (particles.mobility[1] == 0.0)  # kept bit for bit where nothing changes
-    if pivots is not None:
-        fresh[pivots.particle] = True
+        along = np.sum(axes * particles.angular_velocity[:, slots], axis=0)
+        particles.angular_velocity[:, slots] = axes * along
+    fresh |= (mobility[1] > 0.0) & (particles.mobility[1] == 0.0)
+    for row, velocity in zip(mobility[:, released], (particles.velocity, particles.angular_velocity)):
+        velocity[:, released[row == 0.0]] = 0.0
     if np.any(fresh):
         particles.angular_momentum[:, fresh] = world_momentum(particles)[:, fresh]
-    particles.angular_momentum[:, ~turns] = 0.0
+    particles.angular_momentum[:, guided.particle] = 0.0
     particles.mobility[:] = mobility
+
+
+def led_slots(guided: Guided, pivots: Pivots | None) -> np.ndarray:
+    """Slots of all particles that a step leads or holds."""
+    return guided.particle if pivots is None else np.concatenate([guided.particle, pivots.particle])
