@@ -32,6 +32,7 @@ def main() -> None:
         *(kernels(name, part) for name, part in scenes.items()),
         distance(found["machine"], scenes),
         growth(found.get("growth", {}), found["machine"]),
+        threads(found.get("threads", {})),
     ]
     PAGE.write_text("\n".join(part for part in parts if part))
 
@@ -57,7 +58,7 @@ def head(found: dict) -> str:
     machine = found["machine"]
     versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
     lammps = sorted({version for part in found.values() for version in part.get("lammps", [])})
-    load = max(part.get("load", 0.0) for part in found.values())
+    load = max(part.get("load", 0.0) for name, part in found.items() if name != "threads")
     shared = (
         f"The machine was busy with other work: a load of up to {load:.1f} on {machine['cores']} cores, "
         "these runs included. Absolute figures vary with it; ratios are of runs by turns and vary less."
@@ -215,6 +216,31 @@ def growth(found: dict, machine: dict) -> str:
     if missing:
         text += f" Not run: {', '.join(f'{size}x' for size in sorted(missing, key=int))}."
     return f"## Growth with size\n\n{text}\n\n{table(names, rows)}"
+
+
+def threads(found: dict) -> str:
+    """What a second thread gains."""
+    if not found:
+        return ""
+    rows = [
+        [
+            name,
+            ranged(row["one"], 1),
+            ranged(row["two"], 1),
+            f"{row['gain']:.2f}",
+            "yes" if row["same_bits"] else "**no**",
+        ]
+        for name, row in found.items()
+        if name in TITLES
+    ]
+    own = ", ".join(f"{name} {value:.2f}" for name, value in found["machine"].items())
+    names = ["scene", "ns a particle-step, one thread", "two threads", "gain", "same bits"]
+    return f"""## Threads
+
+Made by `python benchmarks/threads.py`: wall-clock time, one thread and two by turns. Two threads on this machine's own
+loops gain: {own}. Wanted: 1.7 where those gain 1.8. Load when it began: {found["load"]:.1f}.
+
+{table(names, rows)}"""
 
 
 if __name__ == "__main__":
