@@ -6,6 +6,8 @@ import numpy as np
 
 from beltsim.console import CommandError, ExitCode
 
+SHOWN = 20  # problems of one file that are told
+
 
 class UnreadableMesh(CommandError):
     """The bytes are not a whole mesh file (exit code 3)."""
@@ -15,6 +17,16 @@ class UnreadableMesh(CommandError):
     def __init__(self, name: str, found: str, expected: str, line: int | None = None):
         where = name if line is None else f"{name}:{line}"
         super().__init__(f"{where}: {found}, expected {expected}")
+        self.line = line or 0
+
+
+class UnreadableMeshes(UnreadableMesh):
+    """All that is wrong with the bytes of one file, in the order of its lines."""
+
+    def __init__(self, problems: list[UnreadableMesh]):
+        shown = [str(problem) for problem in sorted(problems, key=lambda problem: problem.line)]
+        more = [f"and {len(shown) - SHOWN} problems more"] if len(shown) > SHOWN else []
+        Exception.__init__(self, "\n".join(shown[:SHOWN] + more))
 
 
 class NotABelt(CommandError):

@@ -10,13 +10,14 @@ from itertools import chain, count
 import numpy as np
 
 from .mesh import Mesh, welded
-from .refusals import UnreadableMesh
+from .refusals import SHOWN, UnreadableMesh, UnreadableMeshes
 
 # The grammar of one facet. `[^\r\n]*` takes the rest of a line, so that the numbers are parsed once a node.
 FACET = re.compile(
     rb"facet\s+normal[^\r\n]*\s+outer\s+loop\s+vertex\s+([^\r\n]*)\s+vertex\s+([^\r\n]*)\s+vertex\s+([^\r\n]*)"
     rb"\s+endloop\s+endfacet"
 )
+BEGINNING = re.compile(rb"(?<!end)facet")
 STRANGERS = (
     (b"version https://git-lfs", "a Git LFS pointer instead of the file itself"),
     (b"../.git/annex", "a git-annex pointer instead of the file itself"),
@@ -68,28 +69,33 @@ def _read_binary(data: bytes, name: str) -> Mesh:
     corners = np.frombuffer(data, record, offset=84)["corners"].reshape(-1, 3).astype(np.float64)
     if not len(corners):
         raise UnreadableMesh(name, "no facets", "the facets of a belt")
-    bad = np.flatnonzero(~np.isfinite(corners).all(axis=1))
+    bad = np.unique(np.flatnonzero(~np.isfinite(corners).all(axis=1)) // 3) + 1
     if len(bad):
-        raise UnreadableMesh(name, f"NaN or infinity in facet {bad[0] // 3 + 1}", "finite coordinates")
+        raise UnreadableMeshes(
+            [UnreadableMesh(name, f"NaN or infinity in facet {facet}", "finite coordinates") for facet in bad]
+        )
     return welded(corners)
 
 
 def _read_ascii(data: bytes, name: str) -> Mesh:
     text = data if b"facet normal" in data else data.lower()  # the keywords are written in either case
     nodes = defaultdict(count().__next__)  # text of a vertex -> its number, in order of first appearance
-    index = []
-    for begin, end in _solids(text, name):
+    index, problems = [np.zeros(0, np.int64)], []
+    for begin, end in _solids(text, name, problems):
         blocks = [_corner_numbers(text, *block, nodes) for block in _blocks(text, begin, end)]
         if text.count(b"facet", begin, end) != 2 * sum(map(len, blocks)) // 3:
-            raise _broken_facet(text, begin, end, name)
+            problems += _broken_facets(text, begin, end, name)
         index.extend(blocks)
+    coordinates = _coordinates(list(nodes), text, name, problems)
+    if problems:
+        raise UnreadableMeshes(problems)
     index = np.concatenate(index)
     if not len(index):
         raise UnreadableMesh(name, "no facets", "the facets of a belt")
-    return welded(_coordinates(list(nodes), text, name), index)
+    return welded(coordinates, index)
 
 
-def _solids(text: bytes, name: str) -> Iterator[tuple[int, int]]:
+def _solids(text: bytes, name: str, problems: list[UnreadableMesh]) -> Iterator[tuple[int, int]]:
     """Begin and end of what stands between `solid` and `endsolid` lines; their names may hold anything."""
     at = text.find(b"solid")
     while at >= 0:
@@ -97,15 +103,20 @@ def _solids(text: bytes, name: str) -> Iterator[tuple[int, int]]:
         end = text.find(b"endsolid", begin)
         if end < 0:
             line = text.count(b"\n") + 1
-            raise UnreadableMesh(name, "the end of the file (truncated)", "a line 'endsolid'", line)
+            problems.append(
+                UnreadableMesh(name, "the end of the file (truncated)", "a line 'endsolid'", line)
+            )
+            end = max(begin, text.rfind(b"endfacet") + len(b"endfacet"))  # what is whole is read
         yield begin, end
         after = _line_end(text, end)
         at = text.find(b"solid", after)
         stray = text.find(b"facet", after, at if at >= 0 else len(text))
         if stray >= 0:
             line = text.count(b"\n", 0, stray) + 1
-            raise UnreadableMesh(
-                name, "a facet after 'endsolid'", "facets between 'solid' and 'endsolid'", line
+            problems.append(
+                UnreadableMesh(
+                    name, "a facet after 'endsolid'", "facets between 'solid' and 'endsolid'", line
+                )
             )
 
 
@@ -128,38 +139,53 @@ def _corner_numbers(text: bytes, begin: int, end: int, nodes: dict[bytes, int]) 
     return np.fromiter(map(nodes.__getitem__, corners), dtype=np.int64)
 
 
-def _broken_facet(text: bytes, at: int, end: int, name: str) -> UnreadableMesh:
-    """The line of the first thing between two facets that is no facet."""
-    for match in FACET.finditer(text, at, end):
-        if b"facet" in text[at : match.start()]:
-            break
-        at = match.end()
-    at = text.find(b"facet", at, end)
-    line = text.count(b"\n", 0, at) + 1
-    found = text[at : at + 60].splitlines()[0].decode("utf-8", "replace")
+def _broken_facets(text: bytes, at: int, end: int, name: str) -> list[UnreadableMesh]:
+    """The lines of all that stands between two facets and is no facet."""
     expected = "'facet normal', 'outer loop', three 'vertex x y z', 'endloop' and 'endfacet', in this order"
-    return UnreadableMesh(name, f"a broken facet that begins '{found}'", expected, line)
+    gaps = []
+    for match in FACET.finditer(text, at, end):
+        gaps.append((at, match.start()))
+        at = match.end()
+    problems = []
+    for begin, stop in [*gaps, (at, end)]:
+        # A stretch with no beginning of a facet holds the rest of one, which is told as it stands.
+        places = [match.start() for match in BEGINNING.finditer(text, begin, stop)]
+        if not places and b"facet" in text[begin:stop]:
+            places = [text.find(b"facet", begin, stop)]
+        for place in places:
+            found = text[place : place + 60].splitlines()[0].decode("utf-8", "replace")
+            line = text.count(b"\n", 0, place) + 1
+            problems.append(UnreadableMesh(name, f"a broken facet that begins '{found}'", expected, line))
+    return problems
 
 
-def _coordinates(vertices: list[bytes], text: bytes, name: str) -> np.ndarray:
+def _coordinates(vertices: list[bytes], text: bytes, name: str, problems: list[UnreadableMesh]) -> np.ndarray:
+    """Coordinates (v, 3) of vertices from their texts; what no number can be goes to the problems."""
     fields = b" ".join(vertices).split()
     try:
         numbers = np.array(list(map(float, fields)))
     except ValueError:
-        raise _bad_vertex(vertices, text, name) from None
+        numbers = np.zeros(0)
     if len(numbers) != 3 * len(vertices) or not np.isfinite(numbers).all():
-        raise _bad_vertex(vertices, text, name)
+        problems += _bad_vertices(vertices, text, name)
+        return np.zeros((0, 3))
     return numbers.reshape(-1, 3)
 
 
-def _bad_vertex(vertices: list[bytes], text: bytes, name: str) -> UnreadableMesh:
-    for vertex in vertices:
-        found = _complaint(vertex)
-        if found:
-            line = text.count(b"\n", 0, text.find(vertex)) + 1
-            return UnreadableMesh(name, f"'vertex {vertex.decode('utf-8', 'replace')}' ({found})",
-                                  "three finite numbers with decimal points", line)  # fmt: skip
-    raise AssertionError("every vertex reads well, yet the file does not")
+def _bad_vertices(vertices: list[bytes], text: bytes, name: str) -> list[UnreadableMesh]:
+    """One problem for each vertex text that is not three numbers, where it stands first."""
+    complaints = [(vertex, found) for vertex in vertices if (found := _complaint(vertex))]
+    expected = "three finite numbers with decimal points"
+    problems = []
+    for n, (vertex, found) in enumerate(complaints):
+        # Lines are counted for those only that are shown.
+        line = len(text)
+        if n < SHOWN:
+            place = re.search(rb"vertex\s+" + re.escape(vertex), text).start()
+            line = text.count(b"\n", 0, place) + 1
+        shown = vertex.decode("utf-8", "replace")
+        problems.append(UnreadableMesh(name, f"'vertex {shown}' ({found})", expected, line))
+    return problems
 
 
 def _complaint(vertex: bytes) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from beltsim import __version__
-from beltsim.console import UsageProblem, guarded, refuse_existing, say, summary
+from beltsim.console import Quantity, UsageProblem, guarded, refuse_existing, say, summary
 
 
 class LazyGroup(click.Group):
@@ -56,16 +56,14 @@ def main() -> None:
 
 
 @main.command()
-@click.argument("case", type=click.Path(allow_dash=True, dir_okay=False))
+@click.argument("case", type=click.Path(allow_dash=True))
 @click.option(
     "-o",
     "--output",
     type=click.Path(dir_okay=False),
     help="Trajectory file; default: CASE with the suffix .h5.",
 )
-@click.option(
-    "--until", type=click.FloatRange(min=0.0, min_open=True), help="Total time [s] at which to end."
-)
+@click.option("--until", type=Quantity("time"), help="Total time at which to end [s, or with a unit: 2min].")
 @click.option("--overwrite", is_flag=True, help="Replace an existing trajectory.")
 @click.option(
     "--allow-unstable", is_flag=True, help="Run a given time step above the stability limit, for studies."

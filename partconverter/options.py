@@ -6,36 +6,10 @@ import re
 
 import click
 
-from beltsim.console import UsageProblem
+from beltsim.console import Quantity, UsageProblem
 
 from .convert import Settings
 from .finding import UNITS
-
-
-class Quantity(click.ParamType):
-    """A number with an optional unit, as `133mm` or `2.5 m/s`; without one SI."""
-
-    def __init__(self, dimension: str, *, signed: bool = False, zero: bool = False):
-        self.dimension, self.signed, self.zero = dimension, signed, zero
-        self.name = dimension
-
-    def convert(self, value, param, ctx):
-        """SI float of the text."""
-        if isinstance(value, float):
-            return value
-        from beltsim.inp.units import UNITS as KNOWN
-        from beltsim.inp.units import to_si
-
-        units = KNOWN[self.dimension]
-        match = re.fullmatch(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*)", value.strip())
-        if not match:
-            self.fail(f"'{value}' is not a number with a unit such as 1.5 {next(iter(units))}", param, ctx)
-        if match[2] and match[2] not in units:
-            self.fail(f"unit '{match[2]}' in '{value}', expected one of {', '.join(units)}", param, ctx)
-        si = to_si(match[1], units[match[2]] if match[2] else next(iter(units.values())))
-        if not abs(si) < 1e300 or (si < 0 and not self.signed) or (si == 0 and not self.zero):
-            self.fail(f"'{value}' is out of range", param, ctx)
-        return si
 
 
 class Unit(click.ParamType):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from beltconverter.mesh import merge_equal
+from beltconverter.refusals import UnreadableMesh
 from beltconverter.stl import read_stl
 
 MADE = belts.flat(6, 4)
@@ -81,3 +82,39 @@ def test_a_file_that_is_cut_anywhere_is_refused_or_whole(seed):
         cut = int(rng.integers(0, len(data) - len(b"endsolid belt\n")))
         with pytest.raises(UnreadableMesh):
             read_stl(data[:cut])
+
+
+def test_all_that_is_wrong_with_a_text_file_is_told_at_once_in_the_order_of_its_lines():
+    def facet(*vertices, end="endloop endfacet"):
+        corners = "\n".join(f"vertex {vertex}" for vertex in vertices)
+        return f"facet normal 0 0 1\nouter loop\n{corners}\n{end}\n"
+
+    text = (
+        "solid belt\n"
+        + facet("0 0 0", "1 0 0", "1 1 0")
+        + facet("0 0 0", "1,5 0 0", "1 1 0")
+        + facet("0 0 0", "1 0 0", "1 1 0", end="endfacet")
+        + facet("0 0 0", "1 nan 0", "1 1 0")
+        + facet("0 0 0", "1 1 0")
+        + facet("0 0 0", "1 0 0", "1 1 0")
+    )
+    with pytest.raises(UnreadableMesh) as refusal:
+        read_stl(text.encode(), "belt.stl")
+    lines = str(refusal.value).splitlines()
+    assert [line.split(":")[1] for line in lines] == ["11", "14", "23", "26", "37"]
+    assert [word in line for word, line in zip(("comma", "broken", "NaN", "broken", "endsolid"), lines)] == [
+        True
+    ] * 5
+
+
+def test_of_many_problems_the_first_are_told_and_the_others_counted():
+    facets = "".join(
+        f"facet normal 0 0 1\nouter loop\nvertex {n} 0 x\nvertex 0 0 0\nvertex 1 0 0\nendloop\nendfacet\n"
+        for n in range(50)
+    )
+    with pytest.raises(UnreadableMesh) as refusal:
+        read_stl(f"solid a\n{facets}endsolid a\n".encode())
+    lines = str(refusal.value).splitlines()
+    assert len(lines) == 21
+    assert lines[0].startswith("mesh:4: 'vertex 0 0 x' (not three numbers)")
+    assert lines[-1] == "and 30 problems more"

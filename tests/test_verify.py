@@ -213,3 +213,13 @@ def test_ticks_are_a_few_round_numbers_inside(low, high):
     assert max(found) <= high + 1e-9 * (high - low)
     step = np.diff(found)
     np.testing.assert_allclose(step, step[0], rtol=1e-9)
+
+
+def test_names_of_cases_are_taken_in_either_case(made_up):
+    from beltsim.verify import book
+
+    names = [name for _, name, _ in book.chosen()]
+    assert [name for _, name, _ in book.chosen([names[0].lower(), names[-1].upper()])] == [
+        names[0],
+        names[-1],
+    ]

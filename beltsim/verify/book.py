@@ -74,7 +74,7 @@ class Outcome:
 
 
 def chosen(names: list[str] | None = None, *, quick: bool = False) -> list[tuple[str, str, Case]]:
-    """Chapter, name and case of what is to be run.
+    """Chapter, name and case of what is to be run; names in either case.
 
     Without names the whole book, from which the short variants of long cases (names that end in q) are left out; or
     all quick cases.
@@ -88,11 +88,11 @@ def chosen(names: list[str] | None = None, *, quick: bool = False) -> list[tuple
         (chapter, name, case) for chapter, cases in CHAPTERS.items() for name, case in cases.items()
     ]
     if names:
-        known = {name for _, name, _ in everything}
-        unknown = [name for name in names if name not in known]
+        known, wanted = {name.casefold() for _, name, _ in everything}, {name.casefold() for name in names}
+        unknown = [name for name in names if name.casefold() not in known]
         if unknown:
             raise KeyError(", ".join(unknown))
-        return [entry for entry in everything if entry[1] in names]
+        return [entry for entry in everything if entry[1].casefold() in wanted]
     if quick:
         return [entry for entry in everything if entry[2].quick]
     return [entry for entry in everything if not entry[1].endswith("q")]
