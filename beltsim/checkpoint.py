@@ -54,7 +54,7 @@ def take(state: State, sources: list[Source] = ()) -> dict:
     }
 
 
-COUNTS = ("skin", "cap", "step", "total_steps", "list_builds")
+COUNTS = ("skin", "cap", "step", "total_steps", "list_builds", "listed_at")
 
 
 def put_back(checkpoint: dict, state: State, sources: list[Source] = ()) -> None:

@@ -17,19 +17,20 @@ from beltsim.lists import (
     bonded_neighbours,
     carry,
     make_lists,
-    skin_of,
     with_surfaces,
 )
 from beltsim.scene import Scene
 from beltsim.scene.bodies import BOX, SPHERE
 from beltsim.scene.guiding import engage, led_slots
 from beltsim.scene.touching import of_shape
+from beltsim.skin import first_skin, tuned
 from beltsim.solver.guides import Guided, Pivots, guide
 from beltsim.solver.integration import spin_of_momentum
 from beltsim.solver.motion import Slides, Spins, prescribe_parts
 from beltsim.solver.reference_integrator import advance_reference
 from beltsim.solver.steps import (
     DONE,
+    LISTS_STALE,
     LOST,
     WOUND_UP,
     Clock,
@@ -89,6 +90,8 @@ class State:
     step: int = 0
     total_steps: int = 0
     list_builds: int = 0
+    listed_at: int = 0  # total steps when the lists were made
+    first_skin: float = 0.0  # m
     team: int | None = None  # threads, None: one
 
     @property
@@ -103,11 +106,12 @@ def state_of(scene: Scene) -> State:
     families = families_of(scene)
     bonds = scene.bonds
     count = scene.population.count
-    skin = skin_of(bounding if bounding.size else source_sizes(scene))
+    skin = first_skin(bounding if bounding.size else source_sizes(scene))
     work = np.zeros(len(scene.machinery.info))
     boxes = of_shape(scene.population, BOX)
     excluded = excluded_at_start(boxes if families.box_boxes else boxes[:0], bonds, scene.shapes)
-    return State(scene, families, bonded_neighbours(count, bonds), skin, excluded, part_work=work)
+    bonded = bonded_neighbours(count, bonds)
+    return State(scene, families, bonded, skin, excluded, part_work=work, first_skin=skin)
 
 
 def families_of(scene: Scene) -> Families:
@@ -209,6 +213,7 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     # from being called too fast.
     state.cap = max(1.5 * fastest_step(state), 0.02 * state.skin)
     state.list_builds += 1
+    state.listed_at = state.total_steps
 
 
 def sorted_anew(state: State, origin: np.ndarray | None) -> np.ndarray | None:
@@ -297,9 +302,18 @@ def advance_by(state: State, steps: int) -> None:
             raise BlowUp(wound_diagnosis(state))
         if reason == LOST:
             raise BlowUp(diagnosis(state))
+        if reason == LISTS_STALE:
+            tune_skin(state)
         if reason != DONE:
             renew_lists(state)
     spin_of_momentum(state.scene.population.particles)
+
+
+def tune_skin(state: State) -> None:
+    """Let the skin of the next lists be what the last ones have taught, and wide enough for the fastest particle."""
+    steps, count = state.total_steps - state.listed_at, state.scene.population.count
+    better = tuned(state.skin, state.first_skin, state.lists, count, steps)
+    state.skin = max(better, 8.0 * fastest_step(state)) if better < state.skin else better
 
 
 def fastest_step(state: State) -> float:

@@ -85,11 +85,6 @@ def bonded_neighbours(count: int, bonds) -> Bonded:
     return Bonded(start, others[order].astype(np.int32))
 
 
-def skin_of(bounding: np.ndarray) -> float:
-    """Skin [m]: a quarter of the median bounding radius. Larger tests more pairs, smaller makes lists more often."""
-    return 0.25 * float(np.median(bounding)) if bounding.size else 1.0
-
-
 def make_lists(
     particles: Particles,
     shapes: Shapes,
