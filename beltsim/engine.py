@@ -183,10 +183,11 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     scene, population = state.scene, state.scene.population
     count = population.count
     chosen = of_shape(population, SPHERE), of_shape(population, BOX)
-    if state.bonded.start.size != count + 1 or origin is not None:
-        state.bonded = bonded_neighbours(count, scene.bonds)
     boxes = chosen[1] if state.families.box_boxes else chosen[1][:0]
+    intact = state.excluded.intact
     state.excluded = renewed(state.excluded, boxes, scene.bonds, population.particles, scene.shapes)
+    if state.bonded.start.size != count + 1 or origin is not None or state.excluded.intact != intact:
+        state.bonded = bonded_neighbours(count, scene.bonds)
     machinery = scene.machinery
     new = make_lists(
         population.particles,

@@ -67,18 +67,19 @@ class Families(NamedTuple):
 
 
 class Bonded(NamedTuple):
-    """Bonded neighbours of each particle."""
+    """Bonded neighbours of each particle; across a bond that broke, a belt is no longer one surface."""
 
     start: np.ndarray  # (n + 1,) int64
     member: np.ndarray  # (2 m,) int32
 
 
 def bonded_neighbours(count: int, bonds) -> Bonded:
-    """Bonded neighbours of all `count` particles, ascending; `bonds` is a Bonds or None."""
+    """Neighbours of all `count` particles by intact bonds, ascending; `bonds` is a Bonds or None."""
     if bonds is None:
         return Bonded(np.zeros(count + 1, np.int64), np.zeros(0, np.int32))
-    ends = np.concatenate([bonds.first, bonds.second])
-    others = np.concatenate([bonds.second, bonds.first])
+    whole = bonds.intact != 0
+    ends = np.concatenate([bonds.first[whole], bonds.second[whole]])
+    others = np.concatenate([bonds.second[whole], bonds.first[whole]])
     order = np.lexsort((others, ends))
     start = np.zeros(count + 1, np.int64)
     np.cumsum(np.bincount(ends, minlength=count), out=start[1:])

@@ -15,21 +15,17 @@ from beltsim.solver.contact import (
     LinearPair,
     damped_normal,
     friction_force,
-    line_law,
     point_law,
     rolling_moment,
 )
 from beltsim.solver.jit import INLINE, callee, inner
-from beltsim.solver.ledger import hand_on, note_end, note_friction, note_normal, note_rolling, stored
+from beltsim.solver.ledger import note_end, note_friction, note_normal, note_rolling, stored
 from beltsim.solver.shapes import (
-    box_cylinder,
-    sorted_box_axes,
-    sphere_box,
     sphere_cylinder,
     sphere_plane,
 )
 from beltsim.solver.state import LinearLaws
-from beltsim.solver.vectors import add, at, at4, axis_z, cross, dot, norm, plus, put, scaled, sub
+from beltsim.solver.vectors import add, at, at4, axis_z, cross, dot, plus, put, scaled, sub
 
 NONE = (0.0, 0.0, 0.0)
 
@@ -196,105 +192,9 @@ def inertia_about(particles, i, arm):
 
 
 @inner
-def reduced_inertia(particles, i, arm_i, j, arm_j):
-    """Reduced moment of inertia [kg m2] of particles i and j about their contact, as `reduced_mass`."""
-    first, second = inertia_about(particles, i, arm_i), inertia_about(particles, j, arm_j)
-    inverse = particles.mobility[0, i] / first + particles.mobility[0, j] / second
-    return 1.0 / inverse if inverse > 0.0 else first
-
-
-@inner
 def surface(velocity, spin, arm):
     """Velocity of a body's material point at `arm` from its centre."""
     return add(velocity, cross(spin, arm))
-
-
-@callee
-def sphere_box_pass(particles, shapes, laws, contacts, time_step):
-    """Contacts of spheres with rounded boxes; the bonded boxes of a belt are one surface.
-
-    Boxes of a belt overlap, so a sphere near a seam lies on two or four of them. Only a box that the sphere overlaps
-    more deeply than its bonded neighbours carries it, and the history is handed on: a sphere that rolls over a flat
-    belt feels no seam, since the deepest one keeps force and normal continuous there (weighting all boxes by their
-    overlap dips by several per cent beside each seam), while one wedged between a belt's wings still touches both.
-    """
-    position, orientation, core = particles.position, particles.orientation, shapes.core
-    radius, start = shapes.radius, contacts.start
-    first, second, overlaps = contacts.first, contacts.second, contacts.overlap
-    for i in range(start.size - 1):
-        for k in range(start[i], start[i + 1]):
-            j = second[k]
-            overlap, _ = sphere_box(
-                at(position, i), radius[i], at(position, j), at4(orientation, j), at(core, j), radius[j]
-            )
-            overlaps[k] = overlap
-        for k in range(start[i], start[i + 1]):
-            if is_deepest(contacts, k):
-                inherit(contacts, k)
-        for k in range(start[i], start[i + 1]):
-            if is_deepest(contacts, k):
-                sphere_on_box(particles, shapes, laws, contacts, k, first[k], second[k], time_step)
-            elif contacts.stiffness[k] > 0.0:
-                forget(contacts, k)
-
-
-@inner
-def is_deepest(contacts, k):
-    """Whether pair k touches and no bonded neighbour of its box overlaps more; equals go to the lower pair."""
-    overlap = contacts.overlap[k]
-    if overlap <= 0.0:
-        return False
-    for n in range(4):
-        other = contacts.beside[n, k]
-        if other >= 0:
-            rival = contacts.overlap[other]
-            if rival > overlap or (rival == overlap and other < k):
-                return False
-    return True
-
-
-@inner
-def inherit(contacts, k):
-    """Hand the history of a bonded neighbour that carries no more on to pair k, which begins to carry."""
-    if contacts.stiffness[k] > 0.0:
-        return
-    for n in range(4):
-        other = contacts.beside[n, k]
-        if other >= 0 and contacts.stiffness[other] > 0.0 and not is_deepest(contacts, other):
-            contacts.stiffness[k] = contacts.stiffness[other]
-            put(contacts.spring, k, at(contacts.spring, other))
-            put(contacts.rolling, k, at(contacts.rolling, other))
-            hand_on(contacts.book, k, other)
-            return
-
-
-@inner
-def sphere_on_box(particles, shapes, laws, contacts, k, i, j, time_step):
-    """Loads of the sphere i on the box j, a flat face for the sphere's radius."""
-    centre, box_centre = at(particles.position, i), at(particles.position, j)
-    radius = shapes.radius[i]
-    overlap, normal = sphere_box(
-        centre, radius, box_centre, at4(particles.orientation, j), at(shapes.core, j), shapes.radius[j]
-    )
-    arm_i = scaled(normal, 0.5 * overlap - radius)
-    arm_j = sub(add(centre, arm_i), box_centre)
-    spin_i, spin_j = at(particles.angular_velocity, i), at(particles.angular_velocity, j)
-    velocity_i = surface(at(particles.velocity, i), spin_i, arm_i)
-    velocity_j = surface(at(particles.velocity, j), spin_j, arm_j)
-    point_contact(
-        contacts,
-        k,
-        overlap,
-        normal,
-        radius,
-        reduced_mass(particles.mass, particles.mobility, i, j),
-        reduced_inertia(particles, i, arm_i, j, arm_j),
-        law_of(laws, shapes.material[i], shapes.material[j]),
-        sub(velocity_i, velocity_j),
-        (spin_i, spin_j),
-        (arm_i, arm_j),
-        time_step,
-    )
 
 
 @callee
@@ -342,47 +242,3 @@ def sphere_part_pass(particles, shapes, laws, contacts, parts, time_step):
             (arm_i, arm_p),
             time_step,
         )
-
-
-@callee
-def box_cylinder_pass(particles, shapes, laws, contacts, parts, time_step):
-    """Line contacts of rounded boxes with cylinders."""
-    position, velocity, spin = particles.position, particles.velocity, particles.angular_velocity
-    orientation, mass, core = particles.orientation, particles.mass, shapes.core
-    first, second, overlaps, loads = contacts.first, contacts.second, contacts.overlap, contacts.loads
-    for k in range(first.size):
-        i, p = first[k], second[k]
-        centre, middle, axis = at(position, i), at(parts.position, p), axis_z(at4(parts.orientation, p))
-        area, length, normal, point = box_cylinder(
-            centre,
-            at4(orientation, i),
-            at(core, i),
-            shapes.radius[i],
-            middle,
-            axis,
-            parts.radius[p],
-            parts.half_length[p],
-        )
-        overlaps[k] = area / length if length > 0.0 else -1.0
-        if length <= 0.0:
-            if contacts.stiffness[k] > 0.0:
-                forget(contacts, k)
-            continue
-        arm_i, arm_p = sub(point, centre), sub(point, middle)
-        relative = sub(
-            surface(at(velocity, i), at(spin, i), arm_i),
-            surface(at(parts.velocity, p), at(parts.angular_velocity, p), arm_p),
-        )
-        law = law_of(laws, shapes.material[i], parts.material[p])
-        whole = 2.0 * norm(sorted_box_axes(at4(orientation, i), at(core, i), axis)[0])
-        elastic, stiffness, shear_stiffness, damping = line_law(law, area, length, whole)
-        approach = -dot(relative, normal)
-        normal_force = damped_normal(elastic, stiffness, damping, mass[i], approach)
-        energy = stored(elastic, stiffness, overlaps[k])
-        note_normal(contacts.book, k, energy, normal_force - elastic, approach, time_step)
-        bound = law.friction * max(normal_force, 0.0)
-        force = scaled(normal, normal_force)
-        force = touch(
-            contacts, k, force, normal, shear_stiffness, damping, mass[i], bound, relative, time_step
-        )
-        put_loads(loads, k, force, cross(arm_i, force), cross(force, arm_p))

@@ -10,11 +10,8 @@ from typing import NamedTuple
 
 from beltsim.solver.bonds import bond_pass
 from beltsim.solver.box_contacts import box_box_pass
-from beltsim.solver.contacts import (
-    box_cylinder_pass,
-    sphere_box_pass,
-    sphere_part_pass,
-)
+from beltsim.solver.box_cylinder_contacts import box_cylinder_pass
+from beltsim.solver.contacts import sphere_part_pass
 from beltsim.solver.guides import Guided, Pivots, guide, hold_axes, turn_guided
 from beltsim.solver.integration import kick, kick_and_drift, weigh
 from beltsim.solver.jit import callee, inner, kernel
@@ -28,6 +25,7 @@ from beltsim.solver.motion import (
     push_parts,
     sum_part_loads,
 )
+from beltsim.solver.sphere_box_contacts import sphere_box_pass
 from beltsim.solver.sphere_contacts import sphere_sphere_pass
 from beltsim.solver.state import Array
 from beltsim.solver.vectors import (
@@ -84,6 +82,8 @@ def sum_loads(particles, loads, index):
     force, torque = particles.force, particles.torque
     start, entry = index.start, index.entry
     for i in range(start.size - 1):
+        if start[i] == start[i + 1]:
+            continue
         f, t = at(force, i), at(torque, i)
         for n in range(start[i], start[i + 1]):
             k = entry[n] >> 1
