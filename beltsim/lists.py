@@ -12,11 +12,10 @@ from beltsim.solver.neighbours import (
     carry_history,
     empty_contacts,
     link_neighbours,
-    sort_loads,
 )
 from beltsim.solver.part_pairs import part_pairs
 from beltsim.solver.particle_pairs import particle_pairs
-from beltsim.solver.state import Contacts, Crossings, Loads, Particles, Parts, Shapes, Walls, WallTree
+from beltsim.solver.state import Contacts, Crossings, Particles, Parts, Shapes, Walls, WallTree
 from beltsim.wall_lists import (
     ListedPoints,
     ListedWalls,
@@ -26,7 +25,7 @@ from beltsim.wall_lists import (
     list_walls,
 )
 
-Listed = tuple[Contacts, Loads]
+Listed = tuple[Contacts]
 
 
 class ListedSpheres(NamedTuple):
@@ -122,9 +121,6 @@ def make_lists(
         contacts = empty_contacts(start, first, second, rolls=families.rolling, summed=False)
         return ListedSpheres(contacts, crossings_of(start, second), families.sphere_material)
 
-    def indexed(contacts, both):
-        return contacts, sort_loads(particles.mass.size, contacts.first, contacts.second, both)
-
     on_boxes = None
     if families.spheres and families.boxes:
         on_boxes = among(spheres, boxes)
@@ -136,12 +132,12 @@ def make_lists(
         near_points = list_points(particles, shapes, parts, walls[0], near_walls, skin)
     return Lists(
         between_spheres() if families.spheres else None,
-        indexed(on_boxes, True) if on_boxes is not None else None,
-        indexed(with_parts(spheres, True), False) if families.spheres and families.parts else None,
-        indexed(with_parts(boxes, False), False) if families.boxes and families.parts else None,
+        (on_boxes,) if on_boxes is not None else None,
+        (with_parts(spheres, True),) if families.spheres and families.parts else None,
+        (with_parts(boxes, False),) if families.boxes and families.parts else None,
         near_walls,
         near_points,
-        indexed(among(boxes), True) if families.box_boxes else None,
+        (among(boxes),) if families.box_boxes else None,
     )
 
 

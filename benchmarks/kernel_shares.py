@@ -12,7 +12,7 @@ import time
 from beltsim.engine import State, advance_by, renew_lists, solver_arguments
 from beltsim.lists import Lists
 from beltsim.solver.integration import kick, kick_and_drift
-from beltsim.solver.steps import advance, sum_loads
+from beltsim.solver.steps import advance
 
 ENOUGH = 0.1  # s of CPU for each figure
 
@@ -60,10 +60,8 @@ def shares(state: State, steps: int = 200) -> dict:
     for name, family in zip(Lists._fields, state.lists):
         if family is None or family[0].first.size == 0:
             continue
-        contacts, index = family[0], family[1]
-        adding = seconds(lambda c=contacts, i=index: sum_loads(particles, c.loads, i))
-        found[f"{name}: law"] = max(0.0, seconds(forces_with(state, False, name)) - base - adding)
-        found[f"{name}: adding up"] = adding
+        contacts = family[0]
+        found[f"{name}: law and adding up"] = max(0.0, seconds(forces_with(state, False, name)) - base)
         pairs[name] = {"listed": int(contacts.first.size), "touching": int((contacts.overlap > 0.0).sum())}
     found["lists"] = seconds(lambda: renew_lists(state)) * each_list
     return {

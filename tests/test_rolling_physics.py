@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scenes
 
+from beltsim.engine import renew_lists
 from beltsim.scene.unbuilt import SceneError
 
 G = 9.81
@@ -348,6 +349,35 @@ def test_a_sphere_at_rest_on_a_corner_of_four_boxes_stays():
     scenes.advance(state, 20_000)
     assert np.linalg.norm(ball(state)[0] - start) < 1e-6 * 0.015
     assert contact_load(state, mass)[2] == pytest.approx(mass * G, rel=1e-6)
+
+
+@pytest.mark.parametrize("torn", [False, True])
+def test_a_sphere_in_a_gap_lies_on_both_sides_once_their_bonds_are_broken(torn):
+    """Two rows of a belt drawn 4 mm apart: one surface while they are bonded, two boxes that share the load if not."""
+    gap, overlap, radius = 0.004, 1e-4, 0.015
+    deck = scenes.case(time_step=1e-6, materials=MATERIALS, friction=0.0)
+    scenes.add_spheres(deck, [(0.01, 0.0, 0.1)], radius=radius, fixed="YES")
+    scenes.add_grid(deck, 2, 1, pitch=0.02, material="rigid")
+    state = scenes.start(deck)
+    p = scenes.particles(state)
+    sphere, left, right = (scenes.slot(state, number) for number in (1, 2, 3))
+    p.position[0, left] -= 0.5 * gap
+    p.position[0, right] += 0.5 * gap
+    # The flats end at the gap, 1 mm above and below the middle; the edges' radius is 4 mm.
+    reach = radius + 0.004 - overlap
+    height = np.sqrt(reach**2 - (0.5 * gap) ** 2)
+    p.position[:, sphere] = (0.01, 0.0, 0.001 + height)
+    if torn:
+        state.scene.bonds.intact[:] = 0
+    renew_lists(state)
+    scenes.advance(state, 1)
+    force = p.force[:, sphere]
+    single = 4.0 / 3.0 * MODULUS * np.sqrt(radius) * overlap**1.5
+    if torn:
+        # 1e-9: rounding of an overlap of 1e-4 m between places of 0.02 m
+        assert force == pytest.approx((0.0, 0.0, 2.0 * single * height / reach), abs=1e-9 * single)
+    else:
+        assert np.linalg.norm(force) == pytest.approx(single, rel=1e-9)
 
 
 # Boxes on cylinders

@@ -12,7 +12,7 @@ from beltsim.solver.bonds import of, of4, rows3, rows4
 from beltsim.solver.box_cylinder import TINY, box_cylinder, with_flats
 from beltsim.solver.contact import damped_normal, friction_force, line_law
 from beltsim.solver.contacts import forget, law_of, put_loads, surface
-from beltsim.solver.jit import inner, kernel, vector_kernel
+from beltsim.solver.jit import callee, inner, vector_kernel
 from beltsim.solver.ledger import note_friction, note_normal, stored
 from beltsim.solver.vectors import across, add, at, axis_x, axis_y, axis_z, cross, dot, norm, put, scaled, sub
 
@@ -181,7 +181,7 @@ def box_cylinder_chunk(particles, shapes, laws, contacts, parts, time_step, begi
                 forget(contacts, k)
 
 
-@kernel
+@callee
 def box_cylinder_pass(particles, shapes, laws, contacts, parts, time_step):
     """Line contacts of rounded boxes with cylinders."""
     pairs = contacts.first.size

@@ -12,20 +12,35 @@ both.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from beltsim.solver.bonds import of, of4, rows3, rows4
-from beltsim.solver.contacts import forget, law_of, note_point, point_loads, put_loads, surface
-from beltsim.solver.jit import inner, kernel, vector_kernel
+from beltsim.solver.contacts import NONE, forget, law_of, note_point, point_loads, surface
+from beltsim.solver.jit import callee, inner, vector_kernel
 from beltsim.solver.ledger import hand_on
 from beltsim.solver.shapes import box_gap, sphere_box
-from beltsim.solver.vectors import add, at, dot, put, scaled, sub
+from beltsim.solver.vectors import add, at, cross, dot, put, scaled, sub
 
 CHUNK = 1024
 """Particles whose pairs are done at a time; fixed, so that results depend on no count of threads."""
 
-FORCE, TORQUE_1, TORQUE_2, SPRING, ROLLING, STIFFNESS = 0, 3, 6, 9, 12, 15  # rows of the tile
-TILE_ROWS = 16
+LANES = 8
+"""Doubles of the widest vectors: the law runs over whole vectors, what lies beyond the last contact is not used."""
+
+# Rows of the scratch space that holds the pairs that carry side by side: state, history and, from LOADS on, loads.
+APART = 0  # from the box's centre to the sphere's, m
+VELOCITY = 3  # of the sphere against the box, m/s
+SPIN_1, SPIN_2 = 6, 9  # rad/s
+ORIENTATION = 12  # of the box
+CORE = 16  # as Shapes.core
+RADII = 19  # of the sphere, of the box's edges, m
+MASSES = 21  # kg; infinite for what is held, unless both are
+INERTIAS = 23  # least moments of inertia, kg m2
+SPRING, ROLLING, STIFFNESS = 25, 28, 31  # as in Contacts
+LOADS = 32  # as Contacts.loads
+ROWS = 41
 
 
 @vector_kernel
@@ -66,7 +81,7 @@ def inherit(contacts, k):
             return
 
 
-@inner
+@callee
 def find_carriers(contacts, begin, end, carriers):
     """Number of pairs begin to end that carry, put into `carriers`; what ends hands its history on or loses it."""
     overlaps, stiffnesses = contacts.overlap, contacts.stiffness
@@ -87,129 +102,137 @@ def find_carriers(contacts, begin, end, carriers):
     return count
 
 
-@vector_kernel
-def load_spheres(carriers, count, first, second, state, shapes, laws, history, book, time_step, tile):
-    """Loads and new history of the pairs that carry, into the tile.
-
-    Parameters
-    ----------
-    state : rows of position, velocity, orientation and angular velocity, masses, rows of the moments of inertia, and
-        1 or 0 for what moves
-    shapes : rows of the cores, radii and materials (uint32)
-    history : rows of the springs and rolling moments, and stiffnesses, of all pairs
-    """
-    position, velocity, orientation, spin, mass, inertia, moves = state
-    core, radius, material = shapes
-    springs, rollings, stiffnesses = history
+@inner
+def gather(particles, shapes, contacts, carriers, count, tile):
+    """Copy the state and the history of the pairs that carry side by side."""
     for n in range(count):
         k = carriers[n]
-        i, j = first[k], second[k]
-        centre, box_centre = of(position, i), of(position, j)
-        overlap, normal = sphere_box(
-            centre, radius[i], box_centre, of4(orientation, j), of(core, j), radius[j]
-        )
-        arm = scaled(normal, 0.5 * overlap - radius[i])
-        arms = (arm, sub(add(centre, arm), box_centre))
-        spins = (of(spin, i), of(spin, j))
-        relative = sub(
-            surface(of(velocity, i), spins[0], arms[0]), surface(of(velocity, j), spins[1], arms[1])
-        )
-        # What is held moves like an infinite mass; of two held ones any does.
-        held = 1.0 if moves[i] + moves[j] == 0.0 else 0.0
-        inverse = (moves[i] + held) / mass[i] + moves[j] / mass[j]
-        least = min(inertia[0][j], min(inertia[1][j], inertia[2][j]))
-        turning = (moves[i] + held) / (inertia[0][i] + mass[i] * dot(arms[0], arms[0]))
-        turning += moves[j] / (least + mass[j] * dot(arms[1], arms[1]))
-        masses = 1.0 / inverse, 1.0 / turning
-        before = (of(springs, k), stiffnesses[k], of(rollings, k))
-        law = law_of(laws, material[i], material[j])
-        # A box is a flat face for the sphere's radius.
-        force, moment, torque_i, torque_j, after = point_loads(
-            law, overlap, radius[i], *masses, normal, relative, spins, arms, before, time_step
-        )
-        rolling = sub(spins[0], spins[1])
-        note_point(
-            book,
-            k,
-            law,
-            overlap,
-            radius[i],
-            normal,
-            relative,
-            rolling,
-            before,
-            after,
-            force,
-            moment,
-            time_step,
-        )
-        tile[STIFFNESS][n] = after[1]
-        for row in range(3):
-            tile[FORCE + row][n] = force[row]
-            tile[TORQUE_1 + row][n] = torque_i[row]
-            tile[TORQUE_2 + row][n] = torque_j[row]
-            tile[SPRING + row][n] = after[0][row]
-            tile[ROLLING + row][n] = after[2][row]
+        i, j = contacts.first[k], contacts.second[k]
+        mass, inertia, moves = particles.mass, particles.inertia, particles.mobility[0]
+        for c in range(3):
+            tile[APART + c, n] = particles.position[c, i] - particles.position[c, j]
+            tile[VELOCITY + c, n] = particles.velocity[c, i] - particles.velocity[c, j]
+            tile[SPIN_1 + c, n] = particles.angular_velocity[c, i]
+            tile[SPIN_2 + c, n] = particles.angular_velocity[c, j]
+            tile[CORE + c, n] = shapes.core[c, j]
+            tile[SPRING + c, n] = contacts.spring[c, k]
+            tile[ROLLING + c, n] = contacts.rolling[c, k]
+        for c in range(4):
+            tile[ORIENTATION + c, n] = particles.orientation[c, j]
+        tile[RADII, n], tile[RADII + 1, n] = shapes.radius[i], shapes.radius[j]
+        # What is held moves like an infinite mass; of two held ones any mass does.
+        held = moves[i] + moves[j] == 0.0
+        tile[MASSES, n] = mass[i] if moves[i] > 0.0 or held else math.inf
+        tile[MASSES + 1, n] = mass[j] if moves[j] > 0.0 else math.inf
+        tile[INERTIAS, n] = inertia[0, i]
+        tile[INERTIAS + 1, n] = min(inertia[0, j], min(inertia[1, j], inertia[2, j]))
+        tile[STIFFNESS, n] = contacts.stiffness[k]
 
 
 @inner
-def sixteen(a):
-    """The rows of a tile."""
-    return (
-        a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9], a[10], a[11], a[12], a[13], a[14], a[15],
-    )  # fmt: skip
+def inertia_about(mass, inertia, arm):
+    """Moment of inertia [kg m2] about the end of an arm across it."""
+    return inertia + mass * dot(arm, arm)
+
+
+@vector_kernel
+def load_spheres(
+    apart, velocity, spin_1, spin_2, orientation, core, radii, masses, inertias, spring, rolling, stiffness, loads,
+    laws, material, pairs, carriers, book, time_step, count,
+):  # fmt: skip
+    """Loads and new history of the pairs in the scratch space, whose rows are the first thirteen arguments.
+
+    `material` (n,) uint32 of the particles, `pairs` first and second particles of the list, `carriers` (count,) the
+    numbers of the pairs in the list; `book` is its energy book (see `ledger`), or None.
+    """
+    for n in range(count):
+        k, d, radius = carriers[n], of(apart, n), radii[0][n]
+        overlap, normal = sphere_box(d, radius, NONE, of4(orientation, n), of(core, n), radii[1][n])
+        arm = scaled(normal, 0.5 * overlap - radius)
+        arms, spins = (arm, add(d, arm)), (of(spin_1, n), of(spin_2, n))
+        relative = sub(surface(of(velocity, n), spins[0], arms[0]), cross(spins[1], arms[1]))
+        inverse = 1.0 / masses[0][n] + 1.0 / masses[1][n]
+        turning = 1.0 / inertia_about(masses[0][n], inertias[0][n], arms[0])
+        turning += 1.0 / inertia_about(masses[1][n], inertias[1][n], arms[1])
+        history = (of(spring, n), stiffness[n], of(rolling, n))
+        law = law_of(laws, material[pairs[0][k]], material[pairs[1][k]])
+        # A box is a flat face for the sphere's radius.
+        force, moment, torque_1, torque_2, new = point_loads(
+            law,
+            overlap,
+            radius,
+            1.0 / inverse,
+            1.0 / turning,
+            normal,
+            relative,
+            spins,
+            arms,
+            history,
+            time_step,
+        )
+        spin = sub(spins[0], spins[1])
+        note_point(
+            book, k, law, overlap, radius, normal, relative, spin, history, new, force, moment, time_step
+        )
+        stiffness[n] = new[1]
+        for c in range(3):
+            spring[c][n] = new[0][c]
+            rolling[c][n] = new[2][c]
+            loads[c][n] = force[c]
+            loads[3 + c][n] = torque_1[c]
+            loads[6 + c][n] = torque_2[c]
+
+
+@inner
+def scatter(tile, count, carriers, contacts):
+    """Put loads and history of the pairs in the scratch space to their places."""
+    for n in range(count):
+        k = carriers[n]
+        contacts.stiffness[k] = tile[STIFFNESS, n]
+        for c in range(3):
+            contacts.spring[c, k] = tile[SPRING + c, n]
+            contacts.rolling[c, k] = tile[ROLLING + c, n]
+        for c in range(9):
+            contacts.loads[c, k] = tile[LOADS + c, n]
+
+
+@inner
+def three(tile, row):
+    """Three rows of the scratch space."""
+    return tile[row], tile[row + 1], tile[row + 2]
 
 
 @inner
 def sphere_box_chunk(particles, shapes, laws, contacts, time_step, begin, end):
     """Contacts of the pairs begin to end, all those of some spheres; writes to nothing else."""
     first, second = contacts.first.view(np.uint32), contacts.second.view(np.uint32)
-    position, orientation = rows3(particles.position), rows4(particles.orientation)
-    core, radius = rows3(shapes.core), shapes.radius
     find_overlaps(
         first,
         second,
         np.uint64(begin),
         end - begin,
-        position,
-        orientation,
-        core,
-        radius,
+        rows3(particles.position),
+        rows4(particles.orientation),
+        rows3(shapes.core),
+        shapes.radius,
         contacts.overlap,
     )
-    carriers = np.empty(end - begin, np.uint32)
+    carriers = np.zeros(end - begin + LANES, np.uint32)
     count = find_carriers(contacts, begin, end, carriers)
-    tile = np.empty((TILE_ROWS, count))
+    whole = count if contacts.book is not None else (count + LANES - 1) // LANES * LANES
+    tile = np.zeros((ROWS, whole))
+    gather(particles, shapes, contacts, carriers, count, tile)
     load_spheres(
-        carriers,
-        count,
-        first,
-        second,
-        (
-            position,
-            rows3(particles.velocity),
-            orientation,
-            rows3(particles.angular_velocity),
-            particles.mass,
-            rows3(particles.inertia),
-            particles.mobility[0],
-        ),
-        (core, radius, shapes.material.view(np.uint32)),
-        laws,
-        (rows3(contacts.spring), rows3(contacts.rolling), contacts.stiffness),
-        contacts.book,
-        time_step,
-        sixteen(tile),
-    )
-    for n in range(count):
-        k = carriers[n]
-        contacts.stiffness[k] = tile[STIFFNESS, n]
-        put(contacts.spring, k, at(tile[SPRING:], n))
-        put(contacts.rolling, k, at(tile[ROLLING:], n))
-        put_loads(contacts.loads, k, at(tile, n), at(tile[TORQUE_1:], n), at(tile[TORQUE_2:], n))
+        three(tile, APART), three(tile, VELOCITY), three(tile, SPIN_1), three(tile, SPIN_2),
+        (tile[ORIENTATION], *three(tile, ORIENTATION + 1)), three(tile, CORE), (tile[RADII], tile[RADII + 1]),
+        (tile[MASSES], tile[MASSES + 1]), (tile[INERTIAS], tile[INERTIAS + 1]), three(tile, SPRING),
+        three(tile, ROLLING), tile[STIFFNESS], (*three(tile, LOADS), *three(tile, LOADS + 3), *three(tile, LOADS + 6)),
+        laws, shapes.material.view(np.uint32), (first, second), carriers, contacts.book, time_step, whole,
+    )  # fmt: skip
+    scatter(tile, count, carriers, contacts)
 
 
-@kernel
+@callee
 def sphere_box_pass(particles, shapes, laws, contacts, time_step):
     """Contacts of spheres with rounded boxes."""
     rows = contacts.start.size - 1

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from beltsim.solver.bonds import bond_pass
 from beltsim.solver.box_contacts import box_box_pass
 from beltsim.solver.box_cylinder_contacts import box_cylinder_pass
-from beltsim.solver.contacts import sphere_part_pass
+from beltsim.solver.contacts import add_loads, sphere_part_pass
 from beltsim.solver.guides import Guided, Pivots, guide, hold_axes, turn_guided
 from beltsim.solver.integration import kick, kick_and_drift, weigh
 from beltsim.solver.jit import callee, inner, kernel
@@ -159,25 +159,21 @@ def find_contact_forces(
         sum_loads(particles, contacts.loads, index)
         sum_point_loads(parts, contacts, surfaces)
     if box_boxes is not None:
-        contacts, index = box_boxes
-        box_box_pass(particles, shapes, laws, contacts, time_step)
-        sum_loads(particles, contacts.loads, index)
+        box_box_pass(particles, shapes, laws, box_boxes[0], time_step)
+        add_loads(particles, box_boxes[0], True)
     if spheres is not None:
         sphere_sphere_pass(particles, shapes, laws, spheres, time_step, team)
     if boxes is not None:
-        contacts, index = boxes
-        sphere_box_pass(particles, shapes, laws, contacts, time_step)
-        sum_loads(particles, contacts.loads, index)
+        sphere_box_pass(particles, shapes, laws, boxes[0], time_step)
+        add_loads(particles, boxes[0], True)
     if sphere_parts is not None:
-        contacts, index = sphere_parts
-        sphere_part_pass(particles, shapes, laws, contacts, parts, time_step)
-        sum_loads(particles, contacts.loads, index)
-        sum_part_loads(parts, contacts)
+        sphere_part_pass(particles, shapes, laws, sphere_parts[0], parts, time_step)
+        add_loads(particles, sphere_parts[0], False)
+        sum_part_loads(parts, sphere_parts[0])
     if box_parts is not None:
-        contacts, index = box_parts
-        box_cylinder_pass(particles, shapes, laws, contacts, parts, time_step)
-        sum_loads(particles, contacts.loads, index)
-        sum_part_loads(parts, contacts)
+        box_cylinder_pass(particles, shapes, laws, box_parts[0], parts, time_step)
+        add_loads(particles, box_parts[0], False)
+        sum_part_loads(parts, box_parts[0])
 
 
 @inner
