@@ -18,6 +18,7 @@ class LazyGroup(click.Group):
     elsewhere = {  # noqa: RUF012 - never changed
         "verify": ("beltsim.verify.cli", "verify_command"),
         "view": ("beltsim.view.cli", "view_command"),
+        "warmup": ("beltsim.warmup", "warmup_command"),
     }
 
     def list_commands(self, context: click.Context) -> list[str]:

@@ -12,7 +12,16 @@ import numpy as np
 from beltsim.breakage import Breaks, gather_breaks
 from beltsim.energy import OBSERVABLES as TERMS
 from beltsim.energy import account_of, departing, drift, note_arrivals, note_departures
-from beltsim.engine import BlowUp, Stage, State, advance_by, begin_stage, renew_lists, state_of
+from beltsim.engine import (
+    BlowUp,
+    Stage,
+    State,
+    advance_by,
+    begin_stage,
+    find_forces,
+    renew_lists,
+    state_of,
+)
 from beltsim.fill import fill_belts
 from beltsim.inp import Block, Deck
 from beltsim.measures import LOOK_PAUSE, Measures, look, measures_of, remember
@@ -230,6 +239,9 @@ def compile_kernels(state: State, stage: Stage, tally: Tally) -> None:
     """Begin a stage; the first time this compiles, which never counts in speed figures."""
     clock = time.perf_counter()
     begin_stage(state, stage)
+    if state.total_steps == 0:  # the first new lists take over the history of the old ones: another kernel
+        renew_lists(state)
+        find_forces(state)
     tally.compile_time += time.perf_counter() - clock
 
 
@@ -297,8 +309,9 @@ def events_of(
     dt, name = stage.time_step, block.get("NAME")
     end = max(1, math.ceil((stop - stage.start) / dt - 1e-6))
     interval = interval_of(outputs, name, block["DURATION"])
-    count = math.ceil(end * dt / interval - 1e-9)
-    frames = sorted({min(end, max(1, round(k * interval / dt))) for k in range(1, count + 1)} | {end})
+    every = max(interval / dt, 1.0)  # steps; frames may be due more often than steps are made
+    count = math.ceil(end / every - 1e-9)
+    frames = sorted({min(end, max(1, round(k * every))) for k in range(1, count + 1)} | {end})
     visits = [
         (source, max(1, round(pause_of(source, scene.population.bodies) / dt)))
         for source in sources
