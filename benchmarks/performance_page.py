@@ -17,6 +17,11 @@ TITLES = {
     "S4": "S4, the loaded sample conveyor (beltsim alone)",
 }
 GOALS = {("S1", "granular"): (10.0, 20.0), ("S2", "hertz"): (1.6, 2.5), ("S3", "granular"): (4.0, 8.0)}
+STARTUP = {
+    "--help": ("`beltsim --help`", "0.3"),
+    "warm": ("sample conveyor, kernels in the cache: the whole process to the first step", "2"),
+    "cold": ("sample conveyor, first time ever: compilation", "15"),
+}
 FLOPS = {"bond": 200.0, "contact": 120.0}  # of the laws, counted by hand
 
 
@@ -33,8 +38,34 @@ def main() -> None:
         distance(found["machine"], scenes),
         growth(found.get("growth", {}), found["machine"]),
         threads(found.get("threads", {})),
+        startup(kept("startup")),
     ]
     PAGE.write_text("\n".join(part for part in parts if part))
+
+
+def kept(name: str) -> dict:
+    """Results of another benchmark, empty if it was not run."""
+    path = HERE / "results" / f"{name}.json"
+    return json.loads(path.read_text()) if path.exists() else {}
+
+
+def startup(found: dict) -> str:
+    """How long it takes until the first step."""
+    if not found:
+        return ""
+    names = {"1": "one thread", "auto": f"{found['cores']} threads"}
+    rows = []
+    for name, each in found["figures"].items():
+        kind, _, threads = name.partition(", ")
+        what, wanted = STARTUP[kind]
+        what += f", {names[threads]}" if threads else ""
+        size = f"{each['megabytes']:.0f} MB" if "megabytes" in each else ""
+        rows.append([what, f"{each['clock']:.2f}", f"{each['cpu']:.2f}", wanted, size])
+    text = (
+        f"Least of {found['rounds']} processes each, with a load of up to {found['load']:.1f} on {found['cores']} "
+        "cores; what is wanted holds for the clock of a quiet machine. Made by `benchmarks/startup.py`."
+    )
+    return f"## Start-up\n\n{text}\n\n" + table(["", "clock, s", "CPU, s", "wanted, s", "cache"], rows)
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
