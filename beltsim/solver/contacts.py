@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numba import prange
 from numba.extending import overload
 
 from beltsim.solver.contact import (
@@ -18,7 +20,7 @@ from beltsim.solver.contact import (
     point_law,
     rolling_moment,
 )
-from beltsim.solver.jit import INLINE, callee, inner
+from beltsim.solver.jit import INLINE, callee, inner, parallel_kernel
 from beltsim.solver.ledger import note_end, note_friction, note_normal, note_rolling, stored
 from beltsim.solver.shapes import (
     sphere_cylinder,
@@ -218,13 +220,17 @@ def surface(velocity, spin, arm):
     return add(velocity, cross(spin, arm))
 
 
+PAIRS = 256
+"""Pairs that a thread does at a time; fixed, so that results depend on no count of threads."""
+
+
 @callee
-def sphere_part_pass(particles, shapes, laws, contacts, parts, time_step):
-    """Contacts of spheres with cylinders and planes (parts of infinite radius)."""
+def sphere_part_chunk(particles, shapes, laws, contacts, parts, time_step, chunk):
+    """Contacts of one chunk of pairs; writes to nothing else."""
     position, velocity, spin = particles.position, particles.velocity, particles.angular_velocity
     mass, radius, material = particles.mass, shapes.radius, shapes.material
     first, second, overlaps = contacts.first, contacts.second, contacts.overlap
-    for k in range(first.size):
+    for k in range(chunk * PAIRS, min((chunk + 1) * PAIRS, first.size)):
         i, p = first[k], second[k]
         centre, middle, axis = at(position, i), at(parts.position, p), axis_z(at4(parts.orientation, p))
         size = parts.radius[p]
@@ -263,3 +269,20 @@ def sphere_part_pass(particles, shapes, laws, contacts, parts, time_step):
             (arm_i, arm_p),
             time_step,
         )
+
+
+@parallel_kernel
+def share_sphere_parts(particles, shapes, laws, contacts, parts, time_step):
+    """All chunks of pairs, by several threads."""
+    for chunk in prange(-(-contacts.first.size // PAIRS)):
+        sphere_part_chunk(particles, shapes, laws, contacts, parts, time_step, np.int64(chunk))
+
+
+@callee
+def sphere_part_pass(particles, shapes, laws, contacts, parts, time_step, team):
+    """Contacts of spheres with cylinders and planes (parts of infinite radius). `team`: threads, None for one."""
+    if team is None:
+        for chunk in range(-(-contacts.first.size // PAIRS)):
+            sphere_part_chunk(particles, shapes, laws, contacts, parts, time_step, chunk)
+    else:
+        share_sphere_parts(particles, shapes, laws, contacts, parts, time_step)

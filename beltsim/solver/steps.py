@@ -167,7 +167,7 @@ def find_contact_forces(
         sphere_box_pass(particles, shapes, laws, boxes[0], time_step)
         add_loads(particles, boxes[0], True)
     if sphere_parts is not None:
-        sphere_part_pass(particles, shapes, laws, sphere_parts[0], parts, time_step)
+        sphere_part_pass(particles, shapes, laws, sphere_parts[0], parts, time_step, team)
         add_loads(particles, sphere_parts[0], False)
         sum_part_loads(parts, sphere_parts[0])
     if box_parts is not None:
