@@ -102,7 +102,7 @@ def linear_bounces() -> tuple[float, list[float]]:
     """Fall time [s] of a sphere with a stiff linear contact, e = 0.5, and when it touches the floor."""
     height, radius = 0.1, 0.005
     deck = contact_deck(
-        time_step=5e-6, restitution=0.5, gravity=(0.0, 0.0, -9.81), ball=Stuff(1e8, 0.3, 2500.0), wall=RIGID
+        time_step=2e-6, restitution=0.5, gravity=(0.0, 0.0, -9.81), ball=Stuff(1e8, 0.3, 2500.0), wall=RIGID
     )
     deck.add("CONTACT MODEL", type="LINEAR")
     deck.blocks("CONTACT PROPERTY")[0].parameters |= {"NORMAL STIFFNESS": 1e5, "TANGENTIAL STIFFNESS": 1e5}
@@ -111,7 +111,7 @@ def linear_bounces() -> tuple[float, list[float]]:
     state = start(deck, allow_unstable=True)
     particles, touches, before = state.scene.population.particles, [], False
     while len(touches) < 5:
-        advance_by(state, 4)
+        advance_by(state, 10)
         touching = bool(particles.position[2, 0] < radius)
         if touching and not before:
             touches.append(state.time)

@@ -13,7 +13,6 @@ from beltsim.run import prepare
 from beltsim.scene import build
 from beltsim.scene.bodies import world_momentum
 from beltsim.solver.bonds import bond_measures
-from beltsim.solver.state import Particles
 from beltsim.solver.steps import GivenLoads
 
 
@@ -35,7 +34,8 @@ def start(
     """
     scene = build(deck)
     particles = scene.population.particles
-    hold(particles, clamped, pinned)
+    particles.mobility[:, list(clamped)] = 0.0
+    particles.mobility[0, list(pinned)] = 0.0
     if velocity is not None:
         particles.velocity[:] = np.asarray(velocity).T
     if spin is not None:
@@ -45,14 +45,7 @@ def start(
     stage = prepare(state, scene.steps[0], 0.0, lambda _: None, allow_unstable)
     stage.given = no_loads() if stage.given is None else stage.given
     begin_stage(state, stage)
-    hold(scene.population.particles, clamped, pinned)  # a stage lets go of what the deck does not hold
     return state
-
-
-def hold(particles: Particles, clamped, pinned) -> None:
-    """Take the mobility of slots, of all kinds or of places only; they keep the velocity that they have."""
-    particles.mobility[:, list(clamped)] = 0.0
-    particles.mobility[0, list(pinned)] = 0.0
 
 
 def no_loads() -> GivenLoads:
