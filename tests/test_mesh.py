@@ -139,6 +139,15 @@ def test_a_tree_of_any_size_loses_no_triangle(count, rng):
 # ---- planes made of triangles
 
 
+def test_the_ball_around_a_triangle_holds_it_and_little_more(rng):
+    vertices = rng.standard_normal((60, 3)) + 1e3
+    triangles = rng.permuted(np.tile(np.arange(60), (40, 1)), axis=1)[:, :3]
+    walls, _ = walls_of([Mesh(0, vertices, triangles)], spacing=0.0)
+    distance = np.linalg.norm(vertices[triangles] - walls.ball[:3].T[:, None], axis=2).max(axis=1)
+    assert np.all(distance < walls.ball[3])
+    assert np.all(walls.ball[3] < distance + 1e-5)
+
+
 def test_a_bounce_on_a_mesh_is_the_bounce_on_a_plane(tmp_path):
     """Oblique, spinning, with friction and damping: every quantity to round-off."""
     ends = []

@@ -52,6 +52,7 @@ def walls_of(meshes: list[Mesh], spacing: float) -> tuple[Walls, WallTree]:
         point_start=point_start,
         point=np.ascontiguousarray(point.T),
         point_part=np.repeat(part, np.diff(point_start)).astype(np.int32),
+        ball=balls(vertex, triangle),
     )
     return walls, tree_of(meshes)
 
@@ -61,6 +62,14 @@ def normals(vertex: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     a, b, c = np.moveaxis(vertex[triangle], 1, 0)
     n = np.cross(b - a, c - a)
     return n / np.linalg.norm(n, axis=1, keepdims=True)
+
+
+def balls(vertex: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+    """Centres and radii (4, t) of balls around the triangles, wider by what rounding may take."""
+    corners = vertex[triangle]
+    centre = corners.mean(axis=1)
+    radius = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
+    return np.vstack([centre.T, radius + 1e-9 * (radius + np.abs(centre).max(axis=1, initial=0.0))])
 
 
 def alike(normal: np.ndarray, start: np.ndarray, beside: np.ndarray) -> np.ndarray:

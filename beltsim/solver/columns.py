@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beltsim.solver.jit import inner, kernel
+from beltsim.solver.stretches import sort_stretch, starts_of
 
 Array = np.ndarray
 
@@ -85,33 +86,6 @@ def number_columns(position, chosen, cell, bucket):
             last = bucket[place] - 1
         column[n] = last
     return column, keys[:found].copy()
-
-
-@inner
-def starts_of(row, rows):
-    """Where each of `rows` rows begins (rows + 1,) int64 if entries are sorted by `row`."""
-    start = np.zeros(rows + 1, np.int64)
-    for n in range(row.size):
-        start[row[n] + 1] += 1
-    for r in range(rows):
-        start[r + 1] += start[r]
-    return start
-
-
-@inner
-def sort_stretch(value, partner, begin, end):
-    """Sort value[begin:end] and its partners by insertion over shrinking gaps: one look at what is sorted already."""
-    gap = 1
-    while 9 * gap < end - begin:
-        gap = 3 * gap + 1
-    while gap > 0:
-        for n in range(begin + gap, end):
-            moved, with_it, place = value[n], partner[n], n
-            while place >= begin + gap and value[place - gap] > moved:
-                value[place], partner[place] = value[place - gap], partner[place - gap]
-                place -= gap
-            value[place], partner[place] = moved, with_it
-        gap //= 3
 
 
 @kernel

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import inner, kernel, uncounted
 from beltsim.solver.ledger import carry_book
 from beltsim.solver.state import Array, Contacts, Loads
+from beltsim.solver.stretches import place_of
 
 
 @kernel
@@ -25,6 +26,9 @@ def carry_history(new, old, new_key, old_key, row_origin, key_origin, half):
     half : each pair stands in the row of its lower particle; particles that were sorted anew may have changed their
         roles, and what acts on the first acts with the opposite sign on the second
     """
+    after = (
+        0  # the place after the last one found: where the next one stands if both lists are in the same order
+    )
     for row in range(new.start.size - 1):
         for k in range(new.start[row], new.start[row + 1]):
             old_row, wanted, sign = row_origin[row], key_origin[new_key[k]], 1.0
@@ -32,15 +36,23 @@ def carry_history(new, old, new_key, old_key, row_origin, key_origin, half):
                 old_row, wanted, sign = wanted, old_row, -1.0
             if old_row < 0 or old_row >= old.start.size - 1 or wanted < 0:
                 continue
-            for before in range(old.start[old_row], old.start[old_row + 1]):
-                if old_key[before] == wanted:
-                    if old.stiffness[before] > 0.0:
-                        new.stiffness[k] = old.stiffness[before]
-                        for axis in range(3):
-                            new.spring[axis, k] = sign * old.spring[axis, before]
-                        carry_rolling(new.rolling, old.rolling, k, before, sign)
-                        carry_book(new.book, old.book, k, before, sign)
-                    break
+            before, begin, end = after, old.start[old_row], old.start[old_row + 1]
+            if before < begin or before >= end or old_key[before] != wanted:
+                before = place_of(old_key, wanted, begin, end)
+            if before >= 0:
+                after = before + 1
+                if old.stiffness[before] > 0.0:
+                    copy_history(new, old, k, before, sign)
+
+
+@uncounted
+def copy_history(new, old, k, before, sign):
+    """Copy the history of the old pair `before` to the new pair k, with a sign."""
+    new.stiffness[k] = old.stiffness[before]
+    for axis in range(3):
+        new.spring[axis, k] = sign * old.spring[axis, before]
+    carry_rolling(new.rolling, old.rolling, k, before, sign)
+    carry_book(new.book, old.book, k, before, sign)
 
 
 @inner
@@ -55,13 +67,14 @@ def carry_rolling(new, old, k, before, sign):
 def link_neighbours(start, second, bonded_start, bonded, beside):
     """For each pair (sphere, box), the pairs of the same sphere with the box's first four bonded neighbours."""
     for row in range(start.size - 1):
-        for k in range(start[row], start[row + 1]):
+        begin, end = start[row], start[row + 1]
+        for k in range(begin, end):
             found = 0
             for n in range(bonded_start[second[k]], bonded_start[second[k] + 1]):
-                for other in range(start[row], start[row + 1]):
-                    if second[other] == bonded[n] and found < 4:
-                        beside[found, k] = other
-                        found += 1
+                other = place_of(second, bonded[n], begin, end)
+                if other >= 0 and found < 4:
+                    beside[found, k] = other
+                    found += 1
 
 
 def empty_contacts(start: Array, first: Array, second: Array, *, rolls=True, summed=True) -> Contacts:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.solver.columns import ROW, cell_of, column_of, columns_of, sort_stretch
+from beltsim.solver.columns import ROW, cell_of, column_of, columns_of
 from beltsim.solver.jit import inner, kernel
 from beltsim.solver.state import Array, Parts, Shapes
+from beltsim.solver.stretches import first_from, sort_stretch, with_room
 from beltsim.solver.vectors import add, at, at4, axis_z, dot, norm, plus, sub
 
 
@@ -79,20 +80,6 @@ def columns_in(columns, box):
 
 
 @inner
-def with_room(values, wanted):
-    """The array itself, or one twice as long as wanted if it is shorter than that.
-
-    A loop: assigning to a slice took two more seconds to compile.
-    """
-    if wanted <= values.size:
-        return values
-    larger = np.empty(2 * wanted, values.dtype)
-    for n in range(values.size):
-        larger[n] = values[n]
-    return larger
-
-
-@inner
 def near_in_column(columns, c, box, shapes, parts, part_group, p, skin, first, total):
     """Add the members of a column that are near part p; their new number."""
     end = columns.start[c + 1]
@@ -105,18 +92,6 @@ def near_in_column(columns, c, box, shapes, parts, part_group, p, skin, first, t
             total += shapes.may_touch[shapes.group[i], part_group[p]]
         place += 1
     return total
-
-
-@inner
-def first_from(values, begin, end, least):
-    """Place of the first of the ascending values[begin:end] that is not below `least`; `end` if all are."""
-    while begin < end:
-        middle = (begin + end) >> 1
-        if values[middle] < least:
-            begin = middle + 1
-        else:
-            end = middle
-    return begin
 
 
 @inner

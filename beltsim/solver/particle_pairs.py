@@ -11,9 +11,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from beltsim.solver.columns import ROW, column_of, columns_of, sort_stretch, starts_of
+from beltsim.solver.columns import ROW, column_of, columns_of
 from beltsim.solver.jit import inner, kernel
 from beltsim.solver.state import Array, Shapes
+from beltsim.solver.stretches import sort_stretch, starts_of
 
 AROUND = (0, 1, ROW - 1, ROW, ROW + 1, -1, 1 - ROW, -ROW, -ROW - 1)
 """Keys of a column and of its neighbours, less its own; by the first five any two neighbours meet once."""
@@ -40,7 +41,7 @@ def particle_pairs(
     start : (particles + 1,) int64
     second : (pairs,) int32, ascending within a row
     """
-    bounding, half = shapes.bounding, members is None
+    position, bounding, half = flattened(position), shapes.bounding, members is None
     choosy = apart[1].size > 0 or not shapes.may_touch.all()
     pairs, total = np.empty((2, 16 + 6 * owners.size), np.int32), 0
     for some, others, cell in by_size(owners, members, bounding, skin):
@@ -52,6 +53,12 @@ def particle_pairs(
             if done < own.key.size:
                 pairs = doubled(pairs, total)
     return rows_of(pairs, total, position.shape[1], half)
+
+
+def flattened(position: Array) -> Array:
+    """Positions with the shortest side of the scene last: columns then follow the order in which spheres are sorted."""
+    sides = np.argsort(-np.ptp(position, axis=1), kind="stable") if position.size else [0, 1, 2]
+    return position[sides]
 
 
 def by_size(

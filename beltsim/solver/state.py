@@ -98,7 +98,7 @@ class Contacts(NamedTuple):
     rolling: Array | None  # (3, p) moment of the rolling spring, N m; None: no material has rolling friction
     loads: Array | None  # (9, p) as Bonds.loads; None: nobody sums them afterwards
     overlap: Array  # (p,) m, of the last step
-    beside: Array | None  # (4, p) int32 pair of the same sphere with a bonded neighbour of the box, -1: none
+    beside: Array | None  # (4, p) int32 pair of the sphere with a neighbour of the box, -1: none; see `wall_pass`
     book: Array | None = None  # (rows, p) of `ledger`, if an energy book is kept
 
 
@@ -171,6 +171,7 @@ class Walls(NamedTuple):
     point_start: Array  # (t + 1,) int64, as beside_start
     point: Array  # (3, q) m, points of folds and rims that may poke into a box, each at one triangle
     point_part: Array  # (q,) int32
+    ball: Array  # (4, t) m, centre and radius of a ball around each triangle
 
 
 class WallTree(NamedTuple):

@@ -26,9 +26,10 @@ from beltsim.solver.contacts import (
     surface,
     touch,
 )
-from beltsim.solver.jit import callee, inner
+from beltsim.solver.jit import callee, uncounted
 from beltsim.solver.ledger import hand_on, note_normal, stored
 from beltsim.solver.shapes import sphere_box, sphere_plane
+from beltsim.solver.stretches import place_of
 from beltsim.solver.triangles import nearest_on_triangle, sphere_triangle
 from beltsim.solver.vectors import (
     across,
@@ -46,7 +47,7 @@ from beltsim.solver.vectors import (
     scaled,
     sub,
 )
-from beltsim.solver.wall_pairs import corners_of, into_part
+from beltsim.solver.wall_pairs import corners_of, into_part, is_in_reach
 
 SMOOTH = 0.2  # rad
 SAME_POINT = 1e-3  # of the ball's radius: T-joints meet within the tolerance of welding only
@@ -54,16 +55,16 @@ SAME_POINT = 1e-3  # of the ball's radius: T-joints meet within the tolerance of
 
 @callee
 def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
-    """Contacts of feelers with walls; rows of `contacts` are feelers. `beside[0]` holds who carries.
+    """Contacts of feelers with walls; rows of `contacts` are feelers.
 
+    `beside[0]` holds who carries, 1 or 0; `beside[1]`, from the start of each row on, the pairs that touch.
     `moves` (p,) is 0 for a part whose velocity is that of its surface only.
     """
     find_carriers(particles, shapes, laws, contacts, feelers, walls, parts)
-    spheres_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step)
-    boxes_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step)
+    push_feelers(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step)
 
 
-@inner
+@uncounted
 def rows_of_particle(particle, row):
     """Past-last row of the feelers of the particle that row begins with: one for a sphere, eight for a box."""
     after = row + 1
@@ -73,133 +74,130 @@ def rows_of_particle(particle, row):
 
 
 @callee
-def spheres_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
-    """Loads of all spheres on the walls that carry them."""
-    particle, start = feelers.particle, contacts.start
-    row = 0
-    while row < particle.size:
-        after = rows_of_particle(particle, row)
-        if after - row == 1 and start[after] > start[row]:
-            sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row, time_step)
-        row = after
-
-
-@callee
-def boxes_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
-    """Loads of all boxes on the walls that carry their corners."""
-    particle, start = feelers.particle, contacts.start
-    row = 0
-    while row < particle.size:
-        rows = row, rows_of_particle(particle, row)
-        if rows[1] - row > 1 and start[rows[1]] > start[row]:
-            box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, rows, time_step)
+def push_feelers(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
+    """Loads of all spheres and boxes on the walls that carry them or their corners."""
+    start, row = contacts.start, 0
+    while row < feelers.particle.size:
+        rows = row, rows_of_particle(feelers.particle, row)
         row = rows[1]
+        if start[rows[1]] == start[rows[0]]:
+            continue
+        if rows[1] - rows[0] == 1:
+            sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, rows[0], time_step)
+        else:
+            box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, rows, time_step)
 
 
-@inner
+@uncounted
 def feeler_centre(particles, feelers, row):
     """Centre of a feeler in the world."""
     i = feelers.particle[row]
     return add(at(particles.position, i), rotate(at4(particles.orientation, i), at(feelers.offset, row)))
 
 
-@inner
+@uncounted
 def part_of_wall(walls, s):
     """Part of wall s: a triangle, or beyond those a plane."""
     return walls.part[s] if s < walls.part.size else s - walls.part.size
-
-
-@inner
-def ball_wall(centre, radius, s, walls, parts):
-    """Overlap and normal of a ball and wall s."""
-    p = part_of_wall(walls, s)
-    if s >= walls.part.size:
-        return sphere_plane(centre, radius, at(parts.position, p), axis_z(at4(parts.orientation, p)))
-    a, b, c = corners_of(walls, s)
-    overlap, normal = sphere_triangle(into_part(centre, parts, p), radius, a, b, c)
-    return overlap, rotate(at4(parts.orientation, p), normal)
 
 
 @callee
 def find_carriers(particles, shapes, laws, contacts, feelers, walls, parts):
     """Mark which walls carry each feeler; what ends hands its history on or loses it.
 
-    The normals of those that carry are left where the force will stand, in the first rows of the loads. All arrays are
-    locals here: taken from their tuples in the loop, the same cost 2.5 times as much.
+    The normals of those that carry are left where the force will stand, in the first rows of the loads.
     """
-    start, second, overlaps = contacts.start, contacts.second, contacts.overlap
-    stiffness, loads, carries = contacts.stiffness, contacts.loads, contacts.beside
-    particle, radii, triangles = feelers.particle, shapes.radius, walls.part.size
-    for row in range(particle.size):
+    start, second, stiffness = contacts.start, contacts.second, contacts.stiffness
+    loads, carries, triangles = contacts.loads, contacts.beside, walls.part.size
+    for row in range(feelers.particle.size):
         begin, end = start[row], start[row + 1]
         if begin == end:
             continue
-        i = particle[row]
-        centre, radius = feeler_centre(particles, feelers, row), radii[i]
-        for k in range(begin, end):
-            s = second[k]
-            overlap, normal = ball_wall(centre, radius, s, walls, parts)
-            if not have_law(laws, shapes, parts, i, part_of_wall(walls, s)):
-                overlap = -1.0
-            overlaps[k] = overlap
-            put(loads, k, normal)
-        for k in range(begin, end):
-            own = overlaps[k] > 0.0
-            if own and second[k] < triangles:
-                own = is_own_minimum(contacts, walls, parts, centre, radius, k, begin, end)
+        last = find_touching(particles, shapes, laws, contacts, feelers, walls, parts, row)
+        for n in range(begin, last):
+            k = carries[1, n]
+            own = second[k] >= triangles or is_own_minimum(
+                particles, shapes, contacts, feelers, walls, parts, row, n, last
+            )
             carries[0, k] = 1 if own else 0
-        for k in range(begin, end):
+        for n in range(begin, last):
+            k = carries[1, n]
             if carries[0, k] == 1 and stiffness[k] == 0.0 and second[k] < triangles:
                 inherit_from_beside(contacts, walls, k, begin, end)
-        for k in range(begin, end):
-            if carries[0, k] == 0:
+            elif carries[0, k] == 0:
                 put(loads, k, NONE)
-                if stiffness[k] > 0.0:
-                    forget(contacts, k)
+        for k in range(begin, end):
+            if carries[0, k] == 0 and stiffness[k] > 0.0:
+                forget(contacts, k)
 
 
-@inner
+@uncounted
+def find_touching(particles, shapes, laws, contacts, feelers, walls, parts, row):
+    """Overlaps of a feeler and the walls near it; the pairs that touch are noted in order in `beside[1]`.
+
+    Returns the place after the last note. A triangle whose ball is out of reach is not looked at: most of them.
+    """
+    second, overlaps, beside = contacts.second, contacts.overlap, contacts.beside
+    i = feelers.particle[row]
+    centre, radius = feeler_centre(particles, feelers, row), shapes.radius[i]
+    last, frame, local, normal = contacts.start[row], -1, centre, NONE
+    for k in range(contacts.start[row], contacts.start[row + 1]):
+        s, overlap = second[k], -1.0
+        p = part_of_wall(walls, s)
+        if s >= walls.part.size:
+            axis = axis_z(at4(parts.orientation, p))
+            overlap, normal = sphere_plane(centre, radius, at(parts.position, p), axis)
+        else:
+            if p != frame:
+                frame, local = p, into_part(centre, parts, p)
+            if is_in_reach(local, radius, walls.ball, s):
+                overlap, normal = sphere_triangle(local, radius, *corners_of(walls, s))
+                normal = rotate(at4(parts.orientation, p), normal)
+        if beside[0, k] == 1:  # it carried in the step before
+            put_loads(contacts.loads, k, NONE, NONE, NONE)
+        beside[0, k] = 0
+        overlaps[k] = -1.0
+        if overlap > 0.0 and have_law(laws, shapes, parts, i, p):
+            overlaps[k], beside[1, last] = overlap, k
+            put(contacts.loads, k, normal)
+            last += 1
+    return last
+
+
+@uncounted
 def have_law(laws, shapes, parts, i, p):
     """Whether particle i and part p have a contact property: without one, what is held may lie in a wall."""
     return laws[0][shapes.material[i], parts.material[p]] > 0.0
 
 
-@inner
-def is_own_minimum(contacts, walls, parts, centre, radius, k, begin, end):
-    """Whether no neighbouring triangle in the row begin:end takes the touching pair k over."""
-    second, overlaps, beside, alike = contacts.second, contacts.overlap, walls.beside, walls.alike
+@uncounted
+def is_own_minimum(particles, shapes, contacts, feelers, walls, parts, row, n, last):
+    """Whether no neighbouring triangle takes note n of those that touch the feeler over."""
+    second, overlaps, noted = contacts.second, contacts.overlap, contacts.beside
+    k = noted[1, n]
     t, own = second[k], overlaps[k]
-    a, b, c = corners_of(walls, t)
-    nearest, in_face = nearest_on_triangle(into_part(centre, parts, walls.part[t]), a, b, c)
-    for n in range(walls.beside_start[t], walls.beside_start[t + 1]):
-        other = place_of(second, beside[n], begin, end)
-        if other < 0 or overlaps[other] < own or (overlaps[other] == own and other > k):
+    for m in range(contacts.start[row], last):
+        other = noted[1, m]
+        if overlaps[other] < own or (overlaps[other] == own and other >= k):
             continue
-        if in_face:
-            taken = alike[n]
-        else:
-            a, b, c = corners_of(walls, beside[n])
-            there, _ = nearest_on_triangle(nearest, a, b, c)
-            taken = norm(sub(there, nearest)) < SAME_POINT * radius
-        if taken:
+        link = place_of(walls.beside, second[other], walls.beside_start[t], walls.beside_start[t + 1])
+        if link >= 0 and is_taken_over(particles, shapes, feelers, walls, parts, row, t, link):
             return False
     return True
 
 
-@inner
-def place_of(values, wanted, begin, end):
-    """Where `wanted` stands in the ascending values begin:end, -1 if nowhere."""
-    low, high = begin, end
-    while low < high:
-        middle = (low + high) >> 1
-        if values[middle] < wanted:
-            low = middle + 1
-        else:
-            high = middle
-    return low if low < end and values[low] == wanted else -1
+@uncounted
+def is_taken_over(particles, shapes, feelers, walls, parts, row, t, link):
+    """Whether the neighbour of triangle t at `link`, which comes closer to a feeler, stands for t as well."""
+    local = into_part(feeler_centre(particles, feelers, row), parts, walls.part[t])
+    nearest, in_face = nearest_on_triangle(local, *corners_of(walls, t))
+    if in_face:
+        return walls.alike[link]
+    there, _ = nearest_on_triangle(nearest, *corners_of(walls, walls.beside[link]))
+    return norm(sub(there, nearest)) < SAME_POINT * shapes.radius[feelers.particle[row]]
 
 
-@inner
+@uncounted
 def inherit_from_beside(contacts, walls, k, begin, end):
     """Hand the history of a neighbouring triangle that carries no more on to pair k."""
     t = contacts.second[k]
@@ -214,7 +212,7 @@ def inherit_from_beside(contacts, walls, k, begin, end):
             return
 
 
-@inner
+@uncounted
 def wall_velocity(parts, moves, p, arm, normal):
     """Velocity of the surface of part p at `arm` from its centre; a belt that only runs runs along itself."""
     velocity = at(parts.velocity, p)
@@ -223,7 +221,7 @@ def wall_velocity(parts, moves, p, arm, normal):
     return surface(velocity, at(parts.angular_velocity, p), arm)
 
 
-@inner
+@uncounted
 def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row, time_step):
     """Loads of a sphere on the walls that carry it."""
     for k in range(contacts.start[row], contacts.start[row + 1]):
@@ -255,14 +253,14 @@ def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row,
         )
 
 
-@inner
+@uncounted
 def face_side(core, radius):
     """Root of the area of a rounded box's largest flat face, never below the edge radius [m]."""
     area = 4.0 * max(core[0] * core[1], max(core[1] * core[2], core[2] * core[0]))
     return math.sqrt(max(area, radius * radius))
 
 
-@inner
+@uncounted
 def moved_mass(particles, i, arm, normal):
     """Mass [kg] that particle i shows to a push along `normal` at `arm` from its centre, if it is free."""
     lever = rotate_back(at4(particles.orientation, i), cross(arm, normal))
@@ -272,7 +270,7 @@ def moved_mass(particles, i, arm, normal):
     return 1.0 / inverse
 
 
-@inner
+@uncounted
 def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, rows, time_step):
     """Loads of a box on the walls that carry its corners.
 
@@ -325,7 +323,7 @@ def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves
                 )
 
 
-@inner
+@uncounted
 def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, law, moves, parts, time_step):
     """Loads and history of pair k, a corner of box i on part p at a point. `body` = edge radius, face side, mass."""
     radius, side, mass = body
@@ -381,7 +379,7 @@ def wall_point_pass(particles, shapes, laws, contacts, walls, parts, moves, time
         )
 
 
-@inner
+@uncounted
 def sum_wall_loads(parts, contacts, walls):
     """Add the loads of all walls to their parts, in the order of the pairs."""
     loads = contacts.loads
@@ -390,7 +388,7 @@ def sum_wall_loads(parts, contacts, walls):
             add_to_part(parts, part_of_wall(walls, contacts.second[k]), loads, k)
 
 
-@inner
+@uncounted
 def sum_point_loads(parts, contacts, walls):
     """The same for points of folds and rims."""
     loads = contacts.loads
@@ -399,7 +397,7 @@ def sum_point_loads(parts, contacts, walls):
             add_to_part(parts, walls.point_part[contacts.second[k]], loads, k)
 
 
-@inner
+@uncounted
 def add_to_part(parts, p, loads, k):
     """Add the loads of pair k to part p, its second body."""
     put(parts.force, p, sub(at(parts.force, p), (loads[0, k], loads[1, k], loads[2, k])))

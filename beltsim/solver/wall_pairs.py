@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import inner, kernel, uncounted
+from beltsim.solver.stretches import with_room
 from beltsim.solver.triangles import distance_to_box, nearest_on_triangle
 from beltsim.solver.vectors import at, at4, axis_z, dot, norm, rotate_back, sub
 
 LEAF = 4  # triangles in a leaf: 1 and 8 were slower
 
 
-@inner
+@uncounted
 def corners_of(walls, t):
     """The three vertices of triangle t, in the frame of its part."""
     return (
@@ -26,7 +27,7 @@ def corners_of(walls, t):
     )
 
 
-@inner
+@uncounted
 def into_part(point, parts, p):
     """A point of the world in the frame of part p."""
     return rotate_back(at4(parts.orientation, p), sub(point, at(parts.position, p)))
@@ -40,9 +41,16 @@ def next_node(k):
     return k + 1 if k > 0 else 0
 
 
-@kernel
+@uncounted
+def is_in_reach(point, reach, ball, t):
+    """Whether a point is closer than `reach` to the ball around triangle t."""
+    out, limit = sub(point, at(ball, t)), reach + ball[3, t]
+    return dot(out, out) < limit * limit
+
+
+@uncounted
 def near_triangles(local, reach, w, walls, tree, found, total):
-    """Add the triangles of mesh w that are closer than `reach` to a local point: the list and its new length.
+    """Add the triangles of mesh w that are closer than `reach` to a local point: their new number, -1 without room.
 
     They come in ascending order: the tree is walked from left to right.
     """
@@ -58,24 +66,37 @@ def near_triangles(local, reach, w, walls, tree, found, total):
         if hit:
             begin = tree.first[w] + LEAF * (k - leaves)
             for t in range(begin, min(begin + LEAF, last)):
-                a, b, c = corners_of(walls, t)
-                nearest, _ = nearest_on_triangle(local, a, b, c)
-                if norm(sub(local, nearest)) < reach:
-                    found = with_room(found, total)
-                    found[total] = t
-                    total += 1
+                if is_in_reach(local, reach, walls.ball, t):
+                    nearest, _ = nearest_on_triangle(local, *corners_of(walls, t))
+                    if norm(sub(local, nearest)) < reach:
+                        if total == found.size:
+                            return -1
+                        found[total] = t
+                        total += 1
         k = next_node(k)
-    return found, total
+    return total
 
 
-@inner
-def with_room(values, total):
-    """The array itself, or one twice as long if `total` fills it."""
-    if total < values.size:
-        return values
-    larger = np.empty(2 * values.size, values.dtype)
-    larger[:total] = values
-    return larger
+@uncounted
+def near_walls(position, shapes, i, is_box, walls, tree, parts, part_group, skin, found):
+    """Write down the walls near particle i: their number, -1 without room. Only boxes feel planes here."""
+    centre, reach, total = at(position, i), shapes.bounding[i] + skin, 0
+    for w in range(tree.part.size):
+        p = tree.part[w]
+        if shapes.may_touch[shapes.group[i], part_group[p]]:
+            total = near_triangles(into_part(centre, parts, p), reach, w, walls, tree, found, total)
+            if total < 0:
+                return total
+    if is_box:
+        for p in range(parts.radius.size):
+            if np.isinf(parts.radius[p]) and shapes.may_touch[shapes.group[i], part_group[p]]:
+                d = sub(centre, at(parts.position, p))
+                if dot(d, axis_z(at4(parts.orientation, p))) < reach:
+                    if total == found.size:
+                        return -1
+                    found[total] = walls.part.size + p
+                    total += 1
+    return total
 
 
 @kernel
@@ -90,37 +111,26 @@ def wall_pairs(position, shapes, feelers, walls, tree, parts, part_group, skin):
     first : (pairs,) int32 particle
     second : (pairs,) int32 triangle, or number of triangles + part for a plane; ascending within a row
     """
-    rows = feelers.particle.size
-    triangles = walls.part.size
+    particle, rows = feelers.particle, feelers.particle.size
     start = np.zeros(rows + 1, np.int64)
     first = np.empty(max(16, rows), np.int32)
     second = np.empty(max(16, rows), np.int32)
     found = np.empty(64, np.int32)
-    total = 0
-    row = 0
+    total, row = 0, 0
     while row < rows:
-        i = feelers.particle[row]
-        after = row + 1
-        while after < rows and feelers.particle[after] == i:
+        i, after = particle[row], row + 1
+        while after < rows and particle[after] == i:
             after += 1
-        centre, reach, near = at(position, i), shapes.bounding[i] + skin, 0
-        for w in range(tree.part.size):
-            p = tree.part[w]
-            if shapes.may_touch[shapes.group[i], part_group[p]]:
-                found, near = near_triangles(into_part(centre, parts, p), reach, w, walls, tree, found, near)
-        if after - row > 1:
-            for p in range(parts.radius.size):
-                if np.isinf(parts.radius[p]) and shapes.may_touch[shapes.group[i], part_group[p]]:
-                    d = sub(centre, at(parts.position, p))
-                    if dot(d, axis_z(at4(parts.orientation, p))) < reach:
-                        found = with_room(found, near)
-                        found[near] = triangles + p
-                        near += 1
+        is_box = after - row > 1
+        near = near_walls(position, shapes, i, is_box, walls, tree, parts, part_group, skin, found)
+        while near < 0:
+            found = np.empty(2 * found.size, np.int32)
+            near = near_walls(position, shapes, i, is_box, walls, tree, parts, part_group, skin, found)
+        first = with_room(first, total + near * (after - row))
+        second = with_room(second, total + near * (after - row))
         while row < after:
             for n in range(near):
-                first, second = with_room(first, total), with_room(second, total)
-                first[total] = i
-                second[total] = found[n]
+                first[total], second[total] = i, found[n]
                 total += 1
             row += 1
             start[row] = total
@@ -155,7 +165,7 @@ def point_pairs(position, shapes, feelers, contacts, walls, parts, skin):
             local = into_part(at(position, i), parts, walls.part[t])
             for v in range(walls.point_start[t], walls.point_start[t + 1]):
                 if norm(sub(local, at(walls.point, v))) < shapes.bounding[i] + skin:
-                    second = with_room(second, total)
+                    second = with_room(second, total + 1)
                     second[total] = v
                     total += 1
     while done < count:
