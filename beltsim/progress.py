@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import time
@@ -11,6 +12,7 @@ from beltsim.run import Progress
 
 LINE_SHARE = 0.1  # of the run between two plain lines
 LINE_PAUSE = 60.0  # s between two plain lines
+LEAST_PAUSE = 1.0  # s; a run of a moment needs no line
 
 
 def sentence(progress: Progress) -> str:
@@ -19,10 +21,16 @@ def sentence(progress: Progress) -> str:
     speed = progress.particle_steps / progress.wall if progress.wall else 0.0
     remaining = progress.wall * (1.0 / share - 1.0) if share > 0.0 else 0.0
     drift = "" if progress.energy_drift is None else f"  energy drift {progress.energy_drift:.1g}"
+    digits = decimals(progress.end)
     return (
-        f"t={progress.time:.2f}/{progress.end:.2f} s  {100.0 * share:.0f}%  {progress.particles} particles  "
-        f"{speed:.2g} particle-steps/s  ETA {duration(remaining)}  max|v|={progress.fastest:.2g} m/s{drift}"
+        f"t={progress.time:.{digits}f}/{progress.end:.{digits}f} s  {100.0 * share:.0f}%  "
+        f"{progress.particles} particles  {speed:.2g} particle-steps/s  ETA {duration(remaining)}  max|v|={progress.fastest:.2g} m/s{drift}"
     )
+
+
+def decimals(end: float) -> int:
+    """Digits behind the point of a time up to `end` [s]: two, or as many as show its hundredth part."""
+    return 2 if end <= 0.0 else max(2, 2 - math.floor(math.log10(end)))
 
 
 def duration(seconds: float) -> str:
@@ -42,7 +50,8 @@ class PlainLines:
         """Print a line if one is due."""
         share = progress.time / progress.end if progress.end else 1.0
         now = time.monotonic()
-        if share - self.share >= LINE_SHARE - 1e-9 or now - self.clock >= LINE_PAUSE:
+        waited = now - self.clock
+        if waited >= LINE_PAUSE or (share - self.share >= LINE_SHARE - 1e-9 and waited >= LEAST_PAUSE):
             self.share, self.clock = share, now
             say(sentence(progress))
 
