@@ -24,7 +24,8 @@ def sentence(progress: Progress) -> str:
     digits = decimals(progress.end)
     return (
         f"t={progress.time:.{digits}f}/{progress.end:.{digits}f} s  {100.0 * share:.0f}%  "
-        f"{progress.particles} particles  {speed:.2g} particle-steps/s  ETA {duration(remaining)}  max|v|={progress.fastest:.2g} m/s{drift}"
+        f"{progress.particles} particles  {speed:.2g} particle-steps/s  ETA {duration(remaining)}  "
+        f"max|v|={progress.fastest:.2g} m/s{drift}"
     )
 
 
