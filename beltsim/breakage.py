@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from beltsim.engine import State
-from beltsim.solver.bonds import BROKEN_IN_TENSION
+from beltsim.solver.bond_tiles import BROKEN_IN_TENSION
 
 
 @dataclass

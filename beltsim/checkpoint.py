@@ -78,6 +78,9 @@ def put_back(checkpoint: dict, state: State, sources: list[Source] = ()) -> None
         if checkpoint["intact"].size != scene.bonds.intact.size:
             raise CheckpointError("the checkpoint is of another scene: it has other bonds")
         scene.bonds.intact[:] = checkpoint["intact"]
+        if scene.bonds.whole is not None:
+            bond = scene.runs.bond
+            scene.bonds.whole[:] = (bond >= 0) & (scene.bonds.intact[bond] != 0)
         scene.bonding.strength = rebuilt(scene.strength, checkpoint["strength"])
         scene.bonding.bonds = scene.bonds._replace(book=rebuilt(scene.bonds.book, checkpoint["bond_book"]))
     state.lists = rebuilt(state.lists, checkpoint["lists"])

@@ -78,8 +78,8 @@ def account_of(scene: Scene) -> Account:
     parts = len(scene.machinery.info)
     ledger = Ledger(np.zeros(rows.TOTAL_ROWS), np.zeros((3, parts)), np.zeros((3, parts)))
     if scene.bonding is not None:
-        bonds = scene.bonding.bonds
-        scene.bonding.bonds = bonds._replace(book=np.zeros((rows.BOND_ROWS, bonds.first.size)))
+        book = np.zeros((rows.BOND_ROWS, scene.runs.bond.size))
+        scene.bonding.bonds = scene.bonds._replace(book=book)
     return Account(ledger, np.zeros(rows.CONTACT_ROWS))
 
 

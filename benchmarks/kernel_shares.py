@@ -51,7 +51,7 @@ def shares(state: State, steps: int = 200) -> dict:
     base = seconds(forces_with(state, False, None))
     found = {
         "drift and rotation": seconds(lambda: kick_and_drift(particles, environment, 0.0, 1.0, 1.0)),
-        "last kick": seconds(lambda: kick(particles, 0.0)),
+        "last kick": seconds(lambda: kick(particles, 0.0, environment.team)),
         "gravity": base,
     }
     if state.scene.bonds is not None:

@@ -1,15 +1,16 @@
 """The bond law against its energy: gradient, balance, objectivity, and the cases where such laws go wrong."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from beltsim.scene.bodies import make_particles
-from beltsim.scene.bonding import in_runs
-from beltsim.solver.bond import half_angle_ratio
-from beltsim.solver.bonds import TILE, bond_measures, bond_pass
+from beltsim.scene.bond_runs import in_runs
+from beltsim.solver.bond import half_angle_excess
+from beltsim.solver.bonds import bond_measures, bond_pass
 from beltsim.solver.state import BondKinds, Bonds
 
 COUNT = 200
@@ -57,9 +58,6 @@ def bonds_between(first, second):
         second.astype(np.int32),
         np.arange(count, dtype=np.int32),
         np.ones(count, np.int8),
-        np.zeros((9, TILE)),
-        np.zeros((13, 2 * TILE)),
-        np.zeros(TILE, np.int8),
         np.zeros(1, np.int64),
     )
 
@@ -224,15 +222,27 @@ def test_170_degrees_in_the_stress_free_state_give_no_load():
     np.testing.assert_allclose(force, 0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("x", [1e-30, 1e-6, 9.99e-4, 1.001e-3, 0.5, 0.999])
-def test_half_angle_ratio_agrees_on_both_sides_of_its_switch(x):
-    half = math.asin(math.sqrt(x))
-    ratio, slope = half_angle_ratio(x)
-    assert ratio == pytest.approx(half / math.sin(half), rel=1e-13)
-    if x > 1e-5:  # below, the closed form of the slope loses its digits
-        assert slope == pytest.approx((1.0 - half / math.sin(half)) / x, rel=1e-9)
-    else:
-        assert slope == pytest.approx(-1.0 / 6.0, rel=1e-5)
+def half_angle_series(w):
+    """(t/2) / sin(t/2) from w = 1 - cos(t/2), exactly: t/2 = 2 asin(y) with 2 y^2 = w, and the series of asin(y)."""
+    total, term = Fraction(1), Fraction(1)
+    for n in range(1, 70):  # terms fall by half each
+        term *= w * Fraction(n, 2 * n + 1)
+        total += term
+    return total
+
+
+@pytest.mark.parametrize("w", [0.0, 1e-30, 1e-12, *np.linspace(0.001, 1.0, 40)])
+def test_the_half_angle_over_its_sine_is_exact_to_the_last_digits_at_any_angle(w):
+    exact = half_angle_series(Fraction(float(w)))
+    found = 1 + Fraction(float(w)) * Fraction(half_angle_excess(float(w)))
+    # The polynomial is off by 2e-16, rounding of its terms adds as much.
+    assert abs(float(found / exact - 1)) < 5e-16
+
+
+def test_the_half_angle_over_its_sine_is_the_textbooks():
+    half = np.linspace(0.01, 0.5 * math.pi, 50)
+    found = [1.0 + (1.0 - math.cos(angle)) * half_angle_excess(1.0 - math.cos(angle)) for angle in half]
+    np.testing.assert_allclose(found, half / np.sin(half), rtol=1e-14)
 
 
 def viscous(particles, bonds, kinds, velocity, spin):

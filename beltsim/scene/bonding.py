@@ -17,12 +17,12 @@ import numpy as np
 from beltsim import inp
 from beltsim.inp import Block, Deck
 from beltsim.scene.bodies import Population, stack
-from beltsim.solver.bonds import TILE
+from beltsim.scene.bond_runs import in_runs
 from beltsim.solver.state import BondKinds, Bonds, BondStrength, Runs
 
 EQUAL = 2.0**36  # steps of a mantissa: equal scenes in other units group alike
+ROUNDING = 1.5e-11  # of triads: 1 / EQUAL
 TRIADS = slice(1, 9)  # columns of the two triads
-SHORTEST_RUN = 8  # bonds: one vector of doubles; shorter runs cost more in calls than gathering does
 
 
 @dataclass
@@ -212,50 +212,20 @@ def bonds_of(deck: Deck, population: Population) -> Bonding | None:
     order, runs = in_runs(slots[:, 0], slots[:, 1], kind)
     place = np.empty(order.size, np.int64)
     place[order] = np.arange(order.size)
+    strength = strength_of(kinds, length.size)
+    gaps = runs.bond.size > length.size
     bonds = Bonds(
         first=slots[order, 0].astype(np.int32),
         second=slots[order, 1].astype(np.int32),
         kind=kind[order].astype(np.int32),
         intact=np.ones(length.size, np.int8),
-        loads=np.zeros((9, TILE)),
-        scratch=np.zeros((13, 2 * TILE)),
-        over=np.zeros(TILE, np.int8),
+        whole=(runs.bond >= 0).astype(np.int8) if gaps or strength is not None else None,
         wound=np.zeros(1, np.int64),
     )
-    return Bonding(bonds, runs, kinds_of(kinds), strength_of(kinds, length.size), place)
-
-
-def in_runs(first: np.ndarray, second: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, Runs]:
-    """Order of the bonds (m,), and the runs they form in it.
-
-    Bonds are sorted by kind and by the distance of their particles' slots: rows and columns of a grid become runs. What
-    is left in stretches shorter than `SHORTEST_RUN` is put together as scattered bonds, a run of its own for each kind.
-    """
-    order = np.lexsort((first, second - first, kind))
-    starts = run_starts(first[order], second[order], kind[order], np.zeros(order.size, bool))
-    count = np.diff(np.append(starts, order.size))
-    scattered = np.repeat(count < SHORTEST_RUN, count)
-    rank = np.empty(order.size, np.int64)
-    rank[order] = np.arange(order.size)
-    lone = np.empty(order.size, bool)
-    lone[order] = scattered
-    order = np.lexsort((rank, lone, kind))
-    starts = run_starts(first[order], second[order], kind[order], lone[order])
-    alone = lone[order][starts]
-    return order, Runs(
-        first=np.where(alone, -1, first[order][starts]).astype(np.int64),
-        second=np.where(alone, -1, second[order][starts]).astype(np.int64),
-        base=starts.astype(np.int64),
-        count=np.diff(np.append(starts, order.size)).astype(np.int64),
-        kind=kind[order][starts].astype(np.int32),
-    )
-
-
-def run_starts(first: np.ndarray, second: np.ndarray, kind: np.ndarray, lone: np.ndarray) -> np.ndarray:
-    """Numbers of the bonds at which a run begins, for bonds in order."""
-    consecutive = (np.diff(first) == 1) & (np.diff(second) == 1)
-    same = (np.diff(kind) == 0) & (lone[1:] == lone[:-1]) & (consecutive | lone[1:])
-    return np.flatnonzero(np.concatenate([[True], ~same]))
+    kinds = kinds_of(kinds)
+    if strength is None:  # section and strength are along the triads
+        kinds = kinds._replace(upright=upright_of(kinds))
+    return Bonding(bonds, runs, kinds, strength, place)
 
 
 def strength_row(block: Block, section: Section) -> tuple:
@@ -299,6 +269,23 @@ def kinds_of(rows: np.ndarray) -> BondKinds:
         damping=column[15:18].copy(),
         angular_damping=column[18:21].copy(),
     )
+
+
+def upright_of(kinds: BondKinds) -> np.ndarray | None:
+    """`BondKinds.upright` (12, k), or None if any triad lies otherwise, by more than rounding."""
+    from scipy.spatial.transform import Rotation
+
+    first, second = (
+        Rotation.from_quat(triad.T, scalar_first=True).as_matrix()
+        for triad in (kinds.triad_first, kinds.triad_second)
+    )
+    along = np.abs(np.round(first))  # [k, axis of the particle, axis of the bond]
+    if np.max(np.abs(first - second)) > ROUNDING or np.max(np.abs(np.abs(first) - along)) > ROUNDING:
+        return None
+
+    across = kinds.stiffness * np.array([[0.0], [1.0], [1.0]])
+    values = (across, kinds.angular_stiffness, kinds.damping, kinds.angular_damping)
+    return np.concatenate([np.einsum("kab,bk->ak", along, value) for value in values])
 
 
 def strength_of(rows: np.ndarray, bonds: int) -> BondStrength | None:

@@ -8,13 +8,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.solver.bonds import of, of4, rows3, rows4
 from beltsim.solver.box_cylinder import TINY, box_cylinder, with_flats
 from beltsim.solver.contact import damped_normal, friction_force, line_law
 from beltsim.solver.contacts import forget, law_of, put_loads, surface
 from beltsim.solver.jit import callee, inner, vector_kernel
 from beltsim.solver.ledger import note_friction, note_normal, stored
-from beltsim.solver.vectors import across, add, at, axis_x, axis_y, axis_z, cross, dot, norm, put, scaled, sub
+from beltsim.solver.vectors import (
+    across,
+    add,
+    at,
+    axis_x,
+    axis_y,
+    axis_z,
+    cross,
+    dot,
+    norm,
+    of,
+    of4,
+    put,
+    rows3,
+    rows4,
+    scaled,
+    sub,
+)
 
 CHUNK = 256
 """Pairs at a time, so that their tiles stay in the cache; fixed, so that results depend on no count of threads."""

@@ -7,20 +7,27 @@ into rotations about the principal axes (Miller et al. 2002, J. Chem. Phys. 116,
 
 from __future__ import annotations
 
-import math
+import numpy as np
+from numba import prange
 
-from beltsim.solver.bond import to_world
-from beltsim.solver.bonds import of, of4, rows3, rows4
-from beltsim.solver.jit import callee, inner, kernel, vector_kernel
+from beltsim.solver.chunks import chunk_of, chunks_in
+from beltsim.solver.jit import callee, inner, kernel, parallel_kernel, vector_kernel
 from beltsim.solver.vectors import (
     at,
     at4,
-    axis_x,
-    axis_y,
-    axis_z,
-    dot,
+    axes_of,
+    from_axes,
+    in_axes,
+    of,
+    of4,
     plus,
+    product,
     put,
+    rows3,
+    rows4,
+    scaled,
+    times,
+    unit,
 )
 
 
@@ -37,10 +44,10 @@ def cycled4(q):
 
 
 @inner
-def turn_about_z(momentum, moment, time_step, q):
+def turn_about_z(momentum, pliancy, time_step, q):
     """Free rotation about the third principal axis: body momentum and orientation, not normalised, after it."""
     x, y, z = momentum
-    u = 0.5 * time_step * z / moment
+    u = 0.5 * time_step * z * pliancy
     scale = 1.0 / (1.0 + u * u)
     cosine, sine = (1.0 - u * u) * scale, 2.0 * u * scale
     turned = (q[0] - u * q[3], q[1] + u * q[2], q[2] - u * q[1], q[3] + u * q[0])
@@ -48,47 +55,55 @@ def turn_about_z(momentum, moment, time_step, q):
 
 
 @inner
-def turn_freely(q, momentum, inertia, time_step):
-    """Orientation and body momentum of a free rigid body after a step: axes 3-2-1-2-3.
+def turn_freely(q, momentum, pliancy, time_step):
+    """Orientation and body momentum of a free rigid body after a step: axes 3-2-1-2-3; `pliancy` is 1 / inertia.
 
     Turning about another axis is turning about the third with the axes renamed in a cycle.
     """
     half = 0.5 * time_step
-    momentum, q = turn_about_z(momentum, inertia[2], half, q)
+    momentum, q = turn_about_z(momentum, pliancy[2], half, q)
     momentum, q = cycled(cycled(momentum)), cycled4(cycled4(q))
-    momentum, q = turn_about_z(momentum, inertia[1], half, q)
+    momentum, q = turn_about_z(momentum, pliancy[1], half, q)
     momentum, q = cycled(cycled(momentum)), cycled4(cycled4(q))
-    momentum, q = turn_about_z(momentum, inertia[0], time_step, q)
+    momentum, q = turn_about_z(momentum, pliancy[0], time_step, q)
     momentum, q = cycled(momentum), cycled4(q)
-    momentum, q = turn_about_z(momentum, inertia[1], half, q)
+    momentum, q = turn_about_z(momentum, pliancy[1], half, q)
     momentum, q = cycled(momentum), cycled4(q)
-    momentum, q = turn_about_z(momentum, inertia[2], half, q)
-    scale = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-    return (scale * q[0], scale * q[1], scale * q[2], scale * q[3]), momentum
+    momentum, q = turn_about_z(momentum, pliancy[2], half, q)
+    return unit(q), momentum
 
 
 @inner
-def world_spin(q, momentum, inertia):
+def world_spin(q, momentum, pliancy):
     """Angular velocity in world axes from the body-frame momentum."""
-    return to_world(q, (momentum[0] / inertia[0], momentum[1] / inertia[1], momentum[2] / inertia[2]))
+    return from_axes(axes_of(q), times(momentum, pliancy))
+
+
+@inner
+def inverse(moments):
+    """1 / moment about each axis by one division, which takes as long as twenty multiplications."""
+    a, b, c = moments
+    share = 1.0 / (a * b * c)
+    return share * b * c, share * a * c, share * a * b
 
 
 @inner
 def in_body(q, v):
     """World vector v in the frame q."""
-    return dot(axis_x(q), v), dot(axis_y(q), v), dot(axis_z(q), v)
+    return in_axes(axes_of(q), v)
 
 
 @vector_kernel
-def translate(position, velocity, force, mass, moves, listed, time_step, reach, cap):
-    """First half kick and drift of all centres.
+def translate(start, count, position, velocity, force, mass, moves, listed, time_step, reach, cap):
+    """First half kick and drift of the centres of a chunk.
 
     Returns how many particles are farther than `reach` from where the lists were made, how many moved more than
     `cap` in this step, and how many are not finite. Counts, not maxima: those would keep the loop scalar.
     """
     half = 0.5 * time_step
     far = fast = lost = 0
-    for i in range(mass.size):
+    for n in range(count):
+        i = start + np.uint64(n)
         pull = half * moves[i] / mass[i]
         moved = 0.0
         step = 0.0
@@ -106,14 +121,24 @@ def translate(position, velocity, force, mass, moves, listed, time_step, reach, 
 
 
 @vector_kernel
-def turn(orientation, momentum, spin, torque, inertia, turns, time_step):
-    """First half kick and free rotation of all particles; their angular velocity at the new orientation."""
+def count_round(start, count, inertia):
+    """How many particles of a chunk have three equal moments of inertia."""
+    found = 0
+    for n in range(count):
+        a, b, c = of(inertia, start + np.uint64(n))
+        found += 1 if (a == b) & (b == c) else 0
+    return found
+
+
+@vector_kernel
+def turn_round(start, count, orientation, momentum, spin, torque, inertia, turns, time_step):
+    """`turn` for particles with three equal moments: a third of the time, since free motion keeps their spin."""
     half = 0.5 * time_step
-    for i in range(turns.size):
-        q, moments = of4(orientation, i), of(inertia, i)
+    for n in range(count):
+        i = start + np.uint64(n)
         angular = plus(of(momentum, i), half * turns[i], of(torque, i))
-        q, local = turn_freely(q, in_body(q, angular), moments, time_step)
-        w = world_spin(q, local, moments)
+        w = scaled(angular, 1.0 / inertia[0][i])
+        q = unit(product((1.0, half * w[0], half * w[1], half * w[2]), of4(orientation, i)))
         for c in range(3):
             momentum[c][i] = angular[c]
             spin[c][i] = w[c]
@@ -121,72 +146,133 @@ def turn(orientation, momentum, spin, torque, inertia, turns, time_step):
             orientation[c][i] = q[c]
 
 
-@kernel
-def kick_and_drift(particles, environment, time_step, reach, cap):
-    """First half kick and drift of all particles; returns the counts of `translate`."""
+@vector_kernel
+def turn(start, count, orientation, momentum, spin, torque, inertia, turns, time_step):
+    """First half kick and free rotation of a chunk of particles; their angular velocity at the new orientation."""
+    half = 0.5 * time_step
+    for n in range(count):
+        i = start + np.uint64(n)
+        q, pliancy = of4(orientation, i), inverse(of(inertia, i))
+        angular = plus(of(momentum, i), half * turns[i], of(torque, i))
+        q, local = turn_freely(q, in_body(q, angular), pliancy, time_step)
+        w = world_spin(q, local, pliancy)
+        for c in range(3):
+            momentum[c][i] = angular[c]
+            spin[c][i] = w[c]
+        for c in range(4):
+            orientation[c][i] = q[c]
+
+
+@callee
+def drift_chunk(c, particles, listed, time_step, reach, cap):
+    """First half kick and drift of chunk c; returns the counts of `translate`."""
     force, torque = rows3(particles.force), rows3(particles.torque)
-    spin, orientation = rows3(particles.angular_velocity), rows4(particles.orientation)
-    mobility = particles.mobility
+    inertia, mobility = rows3(particles.inertia), particles.mobility
+    start, count = chunk_of(c, particles.mass.size)
     counts = translate(
+        start,
+        count,
         rows3(particles.position),
         rows3(particles.velocity),
         force,
         particles.mass,
         mobility[0],
-        rows3(environment.listed),
+        rows3(listed),
         time_step,
         reach,
         cap,
     )
-    turn(
-        orientation,
-        rows3(particles.angular_momentum),
-        spin,
-        torque,
-        rows3(particles.inertia),
-        mobility[1],
-        time_step,
-    )
+    state = rows4(particles.orientation), rows3(particles.angular_momentum), rows3(particles.angular_velocity)
+    if count_round(start, count, inertia) == count:
+        turn_round(start, count, *state, torque, inertia, mobility[1], time_step)
+    else:
+        turn(start, count, *state, torque, inertia, mobility[1], time_step)
     return counts
 
 
+@parallel_kernel
+def drift_chunks(particles, listed, time_step, reach, cap):
+    """`drift_chunk` of all chunks by several threads."""
+    chunks = chunks_in(particles.mass.size)
+    counts = np.zeros((3, chunks), np.int64)
+    for c in prange(chunks):
+        counts[0, c], counts[1, c], counts[2, c] = drift_chunk(c, particles, listed, time_step, reach, cap)
+    return counts
+
+
+@callee
+def drift_all(particles, listed, time_step, reach, cap, team):
+    """`drift_chunk` of all chunks, by one thread without a team."""
+    far = fast = lost = 0
+    if team is None:
+        for c in range(chunks_in(particles.mass.size)):
+            counts = drift_chunk(c, particles, listed, time_step, reach, cap)
+            far, fast, lost = far + counts[0], fast + counts[1], lost + counts[2]
+    else:
+        counts = drift_chunks(particles, listed, time_step, reach, cap)
+        far, fast, lost = counts[0].sum(), counts[1].sum(), counts[2].sum()
+    return far, fast, lost
+
+
+@kernel
+def kick_and_drift(particles, environment, time_step, reach, cap):
+    """First half kick and drift of all particles; returns the counts of `translate`."""
+    return drift_all(particles, environment.listed, time_step, reach, cap, environment.team)
+
+
 @vector_kernel
-def begin_sum(force, torque, velocity, mass, gravity, drag, wind):
+def begin_sum(start, count, force, torque, velocity, mass, gravity, drag, wind):
     """Begin the sum of all loads with gravity and global damping."""
-    for i in range(mass.size):
+    for n in range(count):
+        i = start + np.uint64(n)
         for c in range(3):
             force[c][i] = mass[i] * (gravity[c] - drag * (velocity[c][i] - wind[c]))
             torque[c][i] = 0.0
 
 
 @vector_kernel
-def last_half_kick(velocity, momentum, force, torque, mass, moves, turns, time_step):
-    """Second half kick of all particles."""
+def last_half_kick(start, count, velocity, momentum, force, torque, mass, moves, turns, time_step):
+    """Second half kick of a chunk of particles."""
     half = 0.5 * time_step
-    for i in range(mass.size):
+    for n in range(count):
+        i = start + np.uint64(n)
         for c in range(3):
             velocity[c][i] += half * moves[i] / mass[i] * force[c][i]
             momentum[c][i] += half * turns[i] * torque[c][i]
 
 
 @callee
-def weigh(particles, environment):
+def weigh_chunk(c, particles, gravity, drag, wind):
+    """Begin the sum of all loads on chunk c with gravity and global damping."""
+    start, count = chunk_of(c, particles.mass.size)
+    force, torque, velocity = rows3(particles.force), rows3(particles.torque), rows3(particles.velocity)
+    begin_sum(start, count, force, torque, velocity, particles.mass, gravity, drag, wind)
+
+
+@parallel_kernel
+def weigh_chunks(particles, gravity, drag, wind):
+    """`weigh_chunk` of all chunks by several threads."""
+    for c in prange(chunks_in(particles.mass.size)):
+        weigh_chunk(c, particles, gravity, drag, wind)
+
+
+@callee
+def weigh(particles, gravity, drag, wind, team):
     """Begin the sum of all loads with gravity and global damping."""
-    begin_sum(
-        rows3(particles.force),
-        rows3(particles.torque),
-        rows3(particles.velocity),
-        particles.mass,
-        environment.gravity,
-        environment.drag,
-        environment.wind,
-    )
+    if team is None:
+        for c in range(chunks_in(particles.mass.size)):
+            weigh_chunk(c, particles, gravity, drag, wind)
+    else:
+        weigh_chunks(particles, gravity, drag, wind)
 
 
-@kernel
-def kick(particles, time_step):
-    """Second half kick of all particles."""
+@callee
+def kick_chunk(c, particles, time_step):
+    """Second half kick of chunk c."""
+    start, count = chunk_of(c, particles.mass.size)
     last_half_kick(
+        start,
+        count,
         rows3(particles.velocity),
         rows3(particles.angular_momentum),
         rows3(particles.force),
@@ -198,6 +284,23 @@ def kick(particles, time_step):
     )
 
 
+@parallel_kernel
+def kick_chunks(particles, time_step):
+    """`kick_chunk` of all chunks by several threads."""
+    for c in prange(chunks_in(particles.mass.size)):
+        kick_chunk(c, particles, time_step)
+
+
+@kernel
+def kick(particles, time_step, team):
+    """Second half kick of all particles."""
+    if team is None:
+        for c in range(chunks_in(particles.mass.size)):
+            kick_chunk(c, particles, time_step)
+    else:
+        kick_chunks(particles, time_step)
+
+
 @kernel
 def spin_of_momentum(particles):
     """Angular velocities of the full step, for output; prescribed ones stay."""
@@ -205,4 +308,4 @@ def spin_of_momentum(particles):
         if particles.mobility[1, i] > 0.0:
             q = at4(particles.orientation, i)
             local = in_body(q, at(particles.angular_momentum, i))
-            put(particles.angular_velocity, i, world_spin(q, local, at(particles.inertia, i)))
+            put(particles.angular_velocity, i, world_spin(q, local, inverse(at(particles.inertia, i))))

@@ -9,10 +9,12 @@ second order, and three of them with the weights of Yoshida (1990, Physics Lette
 
 from __future__ import annotations
 
-from beltsim.solver.bonds import of, of4, rows3, rows4
-from beltsim.solver.integration import in_body, kick, translate, turn_freely, world_spin
+import numpy as np
+
+from beltsim.solver.integration import in_body, inverse, kick, translate, turn_freely, world_spin
 from beltsim.solver.jit import callee, kernel
 from beltsim.solver.steps import DONE, LISTS_STALE, LOST, TOO_FAST, Clock, find_forces
+from beltsim.solver.vectors import of, of4, rows3, rows4
 
 XI = 0.1786178958448091
 LAMBDA = -0.2123418310626054
@@ -26,12 +28,12 @@ def turn_to_fourth_order(orientation, momentum, spin, inertia, turns, time_step)
     """Free rotation of all particles over a drift."""
     for i in range(turns.size):
         if turns[i] > 0.0:
-            q, moments = of4(orientation, i), of(inertia, i)
+            q, pliancy = of4(orientation, i), inverse(of(inertia, i))
             local = in_body(q, of(momentum, i))
-            q, local = turn_freely(q, local, moments, OUTER * time_step)
-            q, local = turn_freely(q, local, moments, INNER * time_step)
-            q, local = turn_freely(q, local, moments, OUTER * time_step)
-            w = world_spin(q, local, moments)
+            q, local = turn_freely(q, local, pliancy, OUTER * time_step)
+            q, local = turn_freely(q, local, pliancy, INNER * time_step)
+            q, local = turn_freely(q, local, pliancy, OUTER * time_step)
+            w = world_spin(q, local, pliancy)
             for c in range(3):
                 spin[c][i] = w[c]
             for c in range(4):
@@ -40,7 +42,7 @@ def turn_to_fourth_order(orientation, momentum, spin, inertia, turns, time_step)
 
 @callee
 def drift(particles, environment, time_step, reach, cap):
-    """Free motion of all particles; returns the counts of `steps.translate`."""
+    """Free motion of all particles; returns the counts of `integration.translate`."""
     position, velocity, listed = (
         rows3(particles.position),
         rows3(particles.velocity),
@@ -49,6 +51,8 @@ def drift(particles, environment, time_step, reach, cap):
     mobility = particles.mobility
     # A kick of no force: particles only move on.
     counts = translate(
+        np.uint64(0),
+        particles.mass.size,
         position,
         velocity,
         rows3(particles.force),
@@ -74,7 +78,7 @@ def drift(particles, environment, time_step, reach, cap):
 def kick_by(particles, time_step):
     """Push of all particles by the present loads over a time."""
     # `kick` is half a step of Verlet.
-    kick(particles, 2.0 * time_step)
+    kick(particles, 2.0 * time_step, None)
 
 
 @kernel

@@ -16,12 +16,11 @@ import math
 
 import numpy as np
 
-from beltsim.solver.bonds import of, of4, rows3, rows4
 from beltsim.solver.contacts import NONE, forget, law_of, note_point, point_loads, surface
 from beltsim.solver.jit import callee, inner, vector_kernel
 from beltsim.solver.ledger import hand_on
 from beltsim.solver.shapes import box_gap, sphere_box
-from beltsim.solver.vectors import add, at, cross, dot, put, scaled, sub
+from beltsim.solver.vectors import add, at, cross, dot, of, of4, put, rows3, rows4, scaled, sub
 
 CHUNK = 1024
 """Particles whose pairs are done at a time; fixed, so that results depend on no count of threads."""

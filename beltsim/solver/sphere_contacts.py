@@ -16,11 +16,10 @@ import numpy as np
 from numba import prange, types
 from numba.extending import overload
 
-from beltsim.solver.bonds import of, rows3
 from beltsim.solver.contacts import law_of, note_point, point_loads, surface
 from beltsim.solver.jit import INLINE, callee, inner, only_with, parallel_kernel, vector_kernel
 from beltsim.solver.ledger import note_end
-from beltsim.solver.vectors import cross, norm, scaled, sub
+from beltsim.solver.vectors import cross, norm, of, rows3, scaled, sub
 
 PAIRS = 128
 """Pairs at a time: 32 rows of state and loads are 32 kB."""

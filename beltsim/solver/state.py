@@ -43,27 +43,29 @@ class Shapes(NamedTuple):
 
 
 class Bonds(NamedTuple):
-    """Bonds between particles, sorted into runs; row b is bond b."""
+    """Bonds between particles, in the order of their slots; row b is bond b."""
 
     first: Array  # (m,) int32
     second: Array  # (m,) int32
     kind: Array  # (m,) int32, row of BondKinds
     intact: Array  # (m,) int8, 1 until it breaks
-    loads: Array  # (9, tile) of the bonds at work: force on the first, torques on the first and the second
-    scratch: Array  # (13, 2 tile) state of scattered bonds' particles
-    over: Array  # (tile,) int8, mode of a new break
     wound: Array  # (1,) int64, how many bonds are turned almost all the way round
-    book: Array | None = None  # (rows, m) of `ledger`, if an energy book is kept
+    whole: Array | None = (
+        None  # (slots,) int8, 0: a gap or broken; None: no run has a gap and no bond can break
+    )
+    book: Array | None = None  # (rows, slots) of `ledger`, if an energy book is kept
 
 
 class Runs(NamedTuple):
-    """Stretches of bonds of one kind between consecutive particles; row r is run r."""
+    """Pieces of runs, up to a tile of slots each: bonds of one kind between consecutive particles; row r is piece r."""
 
     first: Array  # (r,) int64 particle of the first bond, -1: the bonds are scattered, take `Bonds.first`
     second: Array  # (r,) int64
-    base: Array  # (r,) int64 number of the first bond
-    count: Array  # (r,) int64
+    base: Array  # (r,) int64 first slot
+    count: Array  # (r,) int64 slots
     kind: Array  # (r,) int32
+    bond: Array  # (slots,) int32, -1: a gap
+    chunk: Array  # (c + 1,) int64: chunk c loads chunks c and c + 1 by pieces chunk[c]:chunk[c + 1], the rest load any
 
 
 class BondKinds(NamedTuple):
@@ -76,6 +78,9 @@ class BondKinds(NamedTuple):
     angular_stiffness: Array  # (3, k) twist, bending about the width, about the thickness, N m
     damping: Array  # (3, k) N s/m
     angular_damping: Array  # (3, k) N m s
+    # (12, k) shear stiffness, 0 along the bond, and the last three about the particles' own axes, where all triads lie
+    # along those and no bond can break
+    upright: Array | None = None
 
 
 class BondStrength(NamedTuple):

@@ -114,13 +114,13 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
 
     Groups that the scene lacks are None: numba compiles their branch away. See `advance` for the parameters.
     """
-    weigh(particles, environment)
+    weigh(particles, environment.gravity, environment.drag, environment.wind, environment.team)
     for p in range(parts.force.shape[1]):
         put(parts.force, p, (0.0, 0.0, 0.0))
         put(parts.torque, p, (0.0, 0.0, 0.0))
     if belt is not None:
         bonds, runs, kinds = belt
-        bond_pass(particles, bonds, runs, kinds, strength, clock.step, clock.time_step)
+        bond_pass(particles, bonds, runs, kinds, strength, clock.step, clock.time_step, environment.team)
     find_contact_forces(
         particles, shapes, laws, *lists, parts, drives[1].moves, clock.time_step, environment.team
     )
@@ -231,7 +231,7 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         )
         kick_parts(ledger, parts, drives, time + dt, 0.5 * dt, 0.0)
         prescribe_parts(parts, spins, slides, amplitudes, time + dt)
-        kick(particles, dt)
+        kick(particles, dt, environment.team)
         guide(particles, environment.guided, amplitudes, time + dt)
         # Nobody beyond `reach`, nobody faster than `cap`: no pair gets from beyond the skin into touch next step.
         if belt is not None and belt[0].wound[0] > 0:

@@ -42,6 +42,30 @@ def put4(a, k, q):
 
 
 @inner
+def rows3(a):
+    """The three rows of an array (3, n)."""
+    return a[0], a[1], a[2]
+
+
+@inner
+def rows4(a):
+    """The four rows of an array (4, n)."""
+    return a[0], a[1], a[2], a[3]
+
+
+@inner
+def of(rows, k):
+    """Vector k of three rows."""
+    return rows[0][k], rows[1][k], rows[2][k]
+
+
+@inner
+def of4(rows, k):
+    """Quaternion k of four rows."""
+    return rows[0][k], rows[1][k], rows[2][k], rows[3][k]
+
+
+@inner
 def add(a, b):
     """a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
@@ -113,6 +137,13 @@ def product(p, q):
 
 
 @inner
+def unit(q):
+    """A quaternion of length one."""
+    scale = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    return scale * q[0], scale * q[1], scale * q[2], scale * q[3]
+
+
+@inner
 def rotate(q, v):
     """Vector v of the local frame of q, in world axes."""
     u = (q[1], q[2], q[3])
@@ -145,6 +176,24 @@ def axis_z(q):
     """Local z axis of q in world axes."""
     w, x, y, z = q
     return 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)
+
+
+@inner
+def axes_of(q):
+    """The three local axes of q in world axes."""
+    return axis_x(q), axis_y(q), axis_z(q)
+
+
+@inner
+def in_axes(axes, v):
+    """World vector v in a frame given by its axes."""
+    return dot(axes[0], v), dot(axes[1], v), dot(axes[2], v)
+
+
+@inner
+def from_axes(axes, v):
+    """Vector v of a frame given by its axes, in world axes."""
+    return plus(plus(scaled(axes[0], v[0]), v[1], axes[1]), v[2], axes[2])
 
 
 @inner
