@@ -1,0 +1,86 @@
+"""The hot loops are vectorised: their machine code holds as many packed operations as scalar ones of the remainders.
+
+A loop that LLVM cannot vectorise still gives right results, ten times as slowly, and no other test would see it.
+"""
+
+import re
+
+import llvmlite.binding
+import numba
+import numpy as np
+import pytest
+
+from beltsim.solver import bond_tiles, integration
+from beltsim.solver.jit import Callee, NoAlias, compiled
+
+FEATURES = llvmlite.binding.get_host_cpu_features()
+pytestmark = pytest.mark.skipif(
+    not (FEATURES.get("avx2") or FEATURES.get("avx512f")), reason="the CPU has neither AVX2 nor AVX-512"
+)
+
+ARITHMETIC = r"\bv(?:add|sub|mul|div|sqrt|fn?m(?:add|sub)\d+)"
+ROWS3, ROWS4 = (np.zeros(8),) * 3, (np.zeros(8),) * 4
+ONE, THREE, FOUR = np.zeros(8), (1.0, 1.0, 1.0), (1.0, 0.0, 0.0, 0.0)
+START = np.uint64(0)
+LOADS = (np.zeros(8),) * 9
+STATE = (ROWS3, ROWS3, ROWS4, ROWS3)
+
+
+def kind(upright):
+    """What bonds of a kind share; see `bond_tiles.kind_of`."""
+    return upright, (FOUR, FOUR), 1.0, 1.0, (THREE, THREE, THREE, THREE)
+
+
+def tile(upright=None, limits=None, whole=None, over=None, book=None):
+    """Arguments of `bond_tile`."""
+    return (START, START, START, 8, *STATE, kind(upright), limits, whole, over, LOADS, book, 0.5)
+
+
+MARKS = np.zeros(8, np.int8)
+TURNS = (START, 8, ROWS4, ROWS3, ROWS3, ROWS3, ROWS3, ONE, 0.1)
+LOOPS = {
+    "bonds with gaps": (bond_tiles.bond_tile, tile(whole=MARKS)),
+    "bonds along the axes": (bond_tiles.bond_tile, tile(np.zeros((12, 1)), whole=MARKS)),
+    "breakable bonds": (bond_tiles.bond_tile, tile(limits=(FOUR, 1.0, 1.0), whole=MARKS, over=MARKS)),
+    "bonds with a book": (bond_tiles.bond_tile, tile(whole=MARKS, book=np.zeros((11, 8)))),
+    "loads of bonds": (bond_tiles.add_tile, (START, START, 8, LOADS, ROWS3, ROWS3)),
+    "drift": (
+        integration.translate,
+        (START, 8, ROWS3, ROWS3, ROWS3, ONE, ONE, ROWS3, 0.1, 1.0, 1.0),
+    ),
+    "rotation": (integration.turn, TURNS),
+    "rotation of round particles": (integration.turn_round, TURNS),
+    "gravity": (integration.begin_sum, (START, 8, ROWS3, ROWS3, ROWS3, ONE, THREE, 0.1, THREE)),
+    "last kick": (integration.last_half_kick, (START, 8, ROWS3, ROWS3, ROWS3, ROWS3, ONE, ONE, ONE, 0.1)),
+}
+
+
+def assembly(loop, arguments):
+    """Machine code of a loop for arguments of these types, compiled anew: what comes from the cache shows none."""
+    options = {"pipeline_class": NoAlias, "no_cpython_wrapper": True}
+    dispatcher = compiled(loop.compiled.py_func, cache=False, **options)
+    dispatcher.compile(tuple(map(numba.typeof, arguments)))
+    return next(iter(dispatcher.inspect_asm().values()))
+
+
+def operations(code):
+    """Packed operations on at least four doubles, and scalar ones."""
+    packed = re.findall(ARITHMETIC + r"pd\s.*%[yz]mm", code)
+    return len(packed), len(re.findall(ARITHMETIC + r"sd\s", code))
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_hot_loops_are_vectorised(name):
+    packed, scalar = operations(assembly(*LOOPS[name]))
+    assert packed > 5
+    # What is left beyond the last whole vector runs through a scalar copy of the loop, each operation once.
+    assert packed > 0.7 * scalar
+
+
+def test_a_loop_that_cannot_be_vectorised_is_told_from_one_that_can():
+    def running_product(values, sums):
+        for n in range(values.size - 1):
+            sums[n + 1] = sums[n] * values[n] + 1.0
+
+    packed, scalar = operations(assembly(Callee(running_product, cache=False), (np.zeros(8), np.zeros(8))))
+    assert packed < 0.7 * scalar
