@@ -34,9 +34,9 @@ def gravel(count, rng):
 
 
 def by_cell(place, radius):
-    """The order of cells two median diameters wide."""
-    column = np.floor(place / (4.0 * np.median(radius))).astype(np.int64)
-    return np.lexsort(column.T[::-1])
+    """The order that the solver gives to spheres: by cells as wide as the largest pair, the longest side first."""
+    column = np.floor(place / (2.0 * radius.max() + 0.25 * np.median(radius))).astype(np.int64)
+    return np.lexsort(column.T[np.argsort(-np.ptp(place, axis=0), kind="stable")][::-1])
 
 
 def search(place, radius):
