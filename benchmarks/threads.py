@@ -2,7 +2,7 @@
 
     python benchmarks/threads.py [S1 S2 S3] [--rounds 5]
 
-prints a table and puts it into benchmarks/results/solver.json. Wall-clock time, one thread and two by turns from the same
+prints a table and puts it into benchmarks/results/solver.json. Wall-clock time, one thread and two by turns from one
 state; the machine's own figures are a triad that misses the caches and a polynomial that never leaves the registers.
 """
 

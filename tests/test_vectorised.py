@@ -10,8 +10,10 @@ import numba
 import numpy as np
 import pytest
 
-from beltsim.solver import bond_tiles, integration
+from beltsim.solver import bond_tiles, integration, sphere_contacts
+from beltsim.solver.contact import HertzPair
 from beltsim.solver.jit import Callee, NoAlias, compiled
+from beltsim.solver.state import Laws
 
 FEATURES = llvmlite.binding.get_host_cpu_features()
 pytestmark = pytest.mark.skipif(
@@ -38,7 +40,25 @@ def tile(upright=None, limits=None, whole=None, over=None, book=None):
 
 MARKS = np.zeros(8, np.int8)
 TURNS = (START, 8, ROWS4, ROWS3, ROWS3, ROWS3, ROWS3, ONE, 0.1)
+IDS, NUMBERS = np.zeros(8, np.uint32), np.zeros(8, np.uint64)
+
+
+def touching(law=None, laws=None, rolls=None):
+    """Arguments of `touching_loads`, of one law or of `laws` by material."""
+    state = (ROWS3, ROWS3, ROWS3, ROWS3, (ONE, ONE), (ONE, ONE), ONE, ROWS3, ONE, ROWS3, LOADS)
+    return (*state, law, laws, IDS, (IDS, IDS), NUMBERS, rolls, None, 0.1, 8)
+
+
+LAW = HertzPair(*(1.0 for _ in HertzPair._fields))
+LAWS = Laws(*(np.ones((2, 2)) for _ in Laws._fields))
 LOOPS = {
+    "gaps of spheres": (sphere_contacts.find_gaps, (IDS, IDS, ROWS3, ONE, ONE, START, 8)),
+    "contacts of spheres": (sphere_contacts.touching_loads, touching(LAW, LAWS)),
+    "contacts of spheres that resist rolling": (
+        sphere_contacts.touching_loads,
+        touching(LAW, LAWS, np.zeros((3, 8))),
+    ),
+    "contacts of spheres of several materials": (sphere_contacts.touching_loads, touching(None, LAWS)),
     "bonds with gaps": (bond_tiles.bond_tile, tile(whole=MARKS)),
     "bonds along the axes": (bond_tiles.bond_tile, tile(np.zeros((12, 1)), whole=MARKS)),
     "breakable bonds": (bond_tiles.bond_tile, tile(limits=(FOUR, 1.0, 1.0), whole=MARKS, over=MARKS)),
