@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from beltsim.solver.contacts import NONE, forget, law_of, note_point, point_loads, surface
-from beltsim.solver.jit import callee, inner, vector_kernel
+from beltsim.solver.jit import callee, inner, uncounted, vector_kernel
 from beltsim.solver.ledger import hand_on
 from beltsim.solver.shapes import box_gap, sphere_box
 from beltsim.solver.vectors import add, at, cross, dot, of, of4, put, rows3, rows4, scaled, sub
@@ -52,7 +52,7 @@ def find_overlaps(first, second, begin, count, position, orientation, core, radi
         overlaps[k] = reach - box_gap(of(position, i), of(position, j), of4(orientation, j), of(core, j))
 
 
-@inner
+@uncounted
 def is_deepest(contacts, k):
     """Whether pair k touches and no bonded neighbour of its box overlaps more; equals go to the lower pair."""
     overlap = contacts.overlap[k]
@@ -67,7 +67,7 @@ def is_deepest(contacts, k):
     return True
 
 
-@inner
+@uncounted
 def inherit(contacts, k):
     """Hand the history of a bonded neighbour that carries no more on to pair k, which begins to carry."""
     for n in range(4):
