@@ -38,6 +38,7 @@ def main() -> None:
         distance(found["machine"], scenes),
         growth(found.get("growth", {}), found["machine"]),
         threads(found.get("threads", {})),
+        multirate(kept("multirate")),
         startup(kept("startup")),
     ]
     PAGE.write_text("\n".join(part for part in parts if part))
@@ -47,6 +48,33 @@ def kept(name: str) -> dict:
     """Results of another benchmark, empty if it was not run."""
     path = HERE / "results" / f"{name}.json"
     return json.loads(path.read_text()) if path.exists() else {}
+
+
+def multirate(found: dict) -> str:
+    """What stepping bonds more often than contacts would gain."""
+    if not found:
+        return ""
+    rows = []
+    for row in found["rows"]:
+        off = row["errors"]
+        cells = (
+            ["unstable", "", ""]
+            if off is None
+            else [f"{off['energy']:.1e}", f"{off['tension']:.1e}", f"{off['micrometres']:.2g}"]
+        )
+        rows.append([f"{row['outer']:g}", str(row["inner"]), f"{row['gain']:.2f}", *cells])
+    share = ", ".join(f"{name} {time:.0f} us" for name, time in found["microseconds"].items())
+    names = [
+        "outer step / limit of undamped bonds", "inner steps", "speed / one rate",
+        "error of kinetic energy", "of mean tension", "rms of places, um",
+    ]  # fmt: skip
+    text = (
+        "The loaded conveyor with contacts only in an outer step, bonds and gravity in each of its inner ones "
+        "(r-RESPA, the impulse method; `benchmarks/multirate.py`, not in the solver). "
+        f"A step of the solver's takes: {share}; the speeds follow from these. Errors after {1e3 * found['span']:g} ms "
+        f"against steps of a fourth; the first row is the solver's own scheme and step. {found['verdict']}"
+    )
+    return f"## Two rates\n\n{text}\n\n" + table(names, rows)
 
 
 def startup(found: dict) -> str:

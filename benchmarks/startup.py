@@ -37,7 +37,11 @@ def spent(words: list[str], cache: Path) -> dict:
 
 def least(rounds: int, call) -> dict:
     """The least of each figure over some rounds."""
-    found = [call() for _ in range(rounds)]
+    return least_of([call() for _ in range(rounds)])
+
+
+def least_of(found: list[dict]) -> dict:
+    """The least of each figure."""
     return {name: min(each[name] for each in found) for name in found[0]}
 
 
@@ -46,14 +50,18 @@ def first_step(case: Path, scratch: Path, *options: str) -> list[str]:
     return ["run", str(case), "-o", str(scratch / "out.h5"), "--overwrite", "--until", "1e-9", "-q", *options]
 
 
-def compilation(case: Path, threads: str) -> dict:
-    """A run with an empty cache, less the same run right after it; and how big the cache is then."""
+def starts(case: Path, threads: str) -> dict:
+    """A run with an empty cache, and the least of three more; the compilation is what the first one took longer."""
     with tempfile.TemporaryDirectory() as name:
         scratch = Path(name)
         words = first_step(case, scratch, "--threads", threads)
-        cold, warm = (spent(words, scratch / "cache") for _ in range(2))
+        first = spent(words, scratch / "cache")
+        warm = least(3, lambda: spent(words, scratch / "cache"))
         size = sum(file.stat().st_size for file in (scratch / "cache").rglob("*") if file.is_file())
-    return {name: cold[name] - warm[name] for name in cold} | {"megabytes": size / 1e6}
+    return {
+        "warm": warm,
+        "cold": {name: first[name] - warm[name] for name in warm} | {"megabytes": size / 1e6},
+    }
 
 
 def measure(rounds: int) -> dict:
@@ -61,13 +69,11 @@ def measure(rounds: int) -> dict:
     conveyor.case()
     case = folder() / "conveyor" / "case.inp"
     with tempfile.TemporaryDirectory() as name:
-        scratch = Path(name)
-        found = {"--help": least(3 * rounds, lambda: spent(["--help"], scratch))}
-        for threads in ("1", "auto"):
-            words = first_step(case, scratch, "--threads", threads)
-            spent(words, scratch / "cache")
-            found[f"warm, {threads}"] = least(rounds, lambda words=words: spent(words, scratch / "cache"))
-            found[f"cold, {threads}"] = least(rounds, lambda threads=threads: compilation(case, threads))
+        found = {"--help": least(3 * rounds, lambda: spent(["--help"], Path(name)))}
+    for threads in ("1", "auto"):
+        each = [starts(case, threads) for _ in range(rounds)]
+        for kind in ("warm", "cold"):
+            found[f"{kind}, {threads}"] = least_of([row[kind] for row in each])
     return found
 
 
