@@ -51,7 +51,7 @@ def largest_load(state, slot: int) -> str:
         return heaviest(loads)
     parts = np.array([part.name for part in scene.machinery.info])
     loads += of_walls(state, slot, parts)
-    for name in ("spheres", "boxes", "box_boxes", "sphere_parts", "box_parts"):
+    for name in ("spheres", "boxes", "box_boxes", "sphere_parts", "box_parts", "rods"):
         family = getattr(state.lists, name)
         if family is not None:
             force = contact_forces(scene, family[0])

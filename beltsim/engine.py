@@ -127,6 +127,7 @@ def families_of(scene: Scene) -> Families:
         walls=(meshes and (spheres or boxes)) or (boxes and "PLANE" in shapes),
         points=meshes and boxes,
         box_boxes=scene.boxes_may_touch,
+        rods=scene.machinery.rods is not None,
     )
 
 
@@ -200,6 +201,7 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
         chosen,
         (machinery.walls, machinery.tree),
         state.excluded,
+        machinery.rods,
     )
     if state.account is not None:
         new = with_books(new)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beltsim.exclusions import Excluded, by_particle
+from beltsim.rod_lists import ListedRods, carry_rods, list_rods
 from beltsim.solver.crossings import crossings_of
 from beltsim.solver.neighbours import (
     carry_history,
@@ -15,6 +16,7 @@ from beltsim.solver.neighbours import (
 )
 from beltsim.solver.part_pairs import part_pairs
 from beltsim.solver.particle_pairs import particle_pairs
+from beltsim.solver.rods import Rods
 from beltsim.solver.state import Contacts, Crossings, Particles, Parts, Shapes, Walls, WallTree
 from beltsim.wall_lists import (
     ListedPoints,
@@ -46,6 +48,7 @@ class Lists(NamedTuple):
     walls: ListedWalls | None  # spheres and boxes with meshes, boxes with planes
     points: ListedPoints | None  # boxes with folds and rims of meshes
     box_boxes: Listed | None
+    rods: ListedRods | None  # cylinders that fly with planes, rollers and one another
 
 
 BETWEEN_PARTICLES = ("spheres", "boxes", "box_boxes")
@@ -63,6 +66,7 @@ class Families(NamedTuple):
     walls: bool
     points: bool
     box_boxes: bool
+    rods: bool
 
 
 class Bonded(NamedTuple):
@@ -96,10 +100,11 @@ def make_lists(
     chosen: tuple[np.ndarray, np.ndarray],
     walls: tuple[Walls, WallTree],
     excluded: Excluded,
+    rods: Rods | None,
 ) -> Lists:
     """All lists at the present positions, without history.
 
-    `chosen` = slots of spheres and of boxes; `excluded` = pairs that do not touch.
+    `chosen` = slots of spheres and of boxes; `excluded` = pairs that do not touch; `rods` = cylinders that fly.
     """
     spheres, boxes = chosen
     position = particles.position
@@ -138,6 +143,7 @@ def make_lists(
         near_walls,
         near_points,
         (among(boxes),) if families.box_boxes else None,
+        list_rods(particles, shapes, parts, part_group, rods, skin) if families.rods else None,
     )
 
 
@@ -157,6 +163,8 @@ def carry(new: Lists, old: Lists, origin: np.ndarray, parts: int) -> None:
         carry_walls(new.walls, old.walls, origin)
     if new.points is not None:
         carry_points(new.points, old.points, origin)
+    if new.rods is not None:
+        carry_rods(new.rods, old.rods, origin, parts)
     for name in ("spheres", "boxes", "box_boxes", "sphere_parts", "box_parts"):
         if getattr(new, name) is None:
             continue

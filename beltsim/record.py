@@ -116,10 +116,10 @@ def descriptions(scene: Scene) -> list[PartDescription]:
 
 
 def follow_cylinders(scene: Scene) -> None:
-    """Copy the state of parts that stand for cylinder particles to those particles."""
+    """Copy the state of parts that stand for held cylinder particles to those particles."""
     particles, parts = scene.population.particles, scene.machinery.parts
     for p, info in enumerate(scene.machinery.info):
-        if info.particle >= 0:
+        if info.particle >= 0 and not info.flies:
             for name in ("position", "orientation", "velocity", "angular_velocity", "force", "torque"):
                 getattr(particles, name)[:, info.particle] = getattr(parts, name)[:, p]
 

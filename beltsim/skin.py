@@ -24,6 +24,7 @@ TEST = {  # ns a step for one more pair in the list, which does not touch
     "walls": 30.0,
     "points": 30.0,
     "box_boxes": 30.0,
+    "rods": 800.0,
 }
 FIRST = 0.25  # of the typical radius
 NARROWEST, WIDEST = 0.5, 4.0  # of the first skin

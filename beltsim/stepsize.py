@@ -12,7 +12,7 @@ from beltsim.console import CommandError, ExitCode
 from beltsim.face_limits import face_contact_rows, face_impacts
 from beltsim.lists import BETWEEN_PARTICLES
 from beltsim.scene import Scene
-from beltsim.scene.bodies import BOX, SPHERE, Body
+from beltsim.scene.bodies import BOX, CYLINDER, SPHERE, Body
 from beltsim.scene.walls import Mesh
 from beltsim.solver.contact import LINE_STIFFNESS, PUNCH_STIFFNESS
 from beltsim.solver.guides import Guided
@@ -149,7 +149,25 @@ def line_contact_rows(scene: Scene) -> np.ndarray:
             mass = population.particles.mass[slots]
             lever = mass * longest**2 / population.particles.inertia[:, slots].min(axis=0)
             share[slots] = stiffness * (2.0 + lever) / mass
+        elif body.shape == CYLINDER and body.fixed == "NO":
+            slots = population.species == n
+            share[slots] = of_parts[scene.materials.row[body.material]] * rod_factor(scene, body)
     return share
+
+
+def rod_factor(scene: Scene, body: Body) -> float:
+    """Bound of a cylinder that flies per contact stiffness: lying along its whole length and standing on its end.
+
+    Twice that of one contact, since what it touches may fly too.
+    """
+    radius, _, half_length = body.half_extent
+    ends = 2.0 * radius
+    if isinstance(scene.laws, Laws):
+        size = LINE_STIFFNESS * 2.0 * half_length + ends
+    else:
+        size = 1.0 + ends / (LINE_STIFFNESS * 2.0 * half_length)
+    lever = body.mass * (radius**2 + half_length**2) / min(body.inertia)
+    return 2.0 * size * (2.0 + lever) / body.mass
 
 
 def corner_lengths(scene: Scene, slots: np.ndarray) -> np.ndarray:

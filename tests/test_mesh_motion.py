@@ -50,6 +50,24 @@ def test_a_sphere_dropped_on_a_rigid_belt_rolls_off_at_two_sevenths_of_its_speed
     assert part(state).position[:, 0] == pytest.approx((0.0, 0.0, -0.01), abs=0.0)
 
 
+def test_a_running_surface_does_no_work_across_itself(tmp_path):
+    """A resting load, held on the spot by a velocity that points out of the surface: no power, no work in the book."""
+    from beltsim import energy
+
+    deck = on_plate(tmp_path, (-0.5, 0.0, RADIUS - SINK))
+    add_boxes(deck, [(0.5, 0.5, 0.0099)], size=(0.06, 0.04, 0.02), edge_radius=0.004)
+    move(deck, "SURFACE VELOCITY", (0.0, 0.0, 1.0))
+    state = start(deck)
+    state.account = energy.account_of(state.scene)
+    state.lists = energy.with_books(state.lists)
+    advance(state, 2000)
+    carried = -part(state).force[2, 0]
+    assert carried == pytest.approx(9.81 * particles(state).mass.sum(), rel=0.02)
+    # Of the work that the load times this velocity would be, nothing but rounding is there.
+    assert abs(state.part_work[0]) < 1e-9 * carried * 1.0 * 0.08
+    assert abs(state.account.ledger.total).max() < 1e-9 * carried * 1.0 * 0.08
+
+
 def test_a_rigid_belt_is_the_same_as_a_mesh_and_as_a_plane(tmp_path):
     ends = []
     for mesh in (True, False):

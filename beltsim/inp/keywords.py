@@ -206,7 +206,8 @@ _PARTICLES = (
             _choice(
                 "FIXED",
                 ("NO", "YES", "POSITION"),
-                "YES: centre and orientation held; POSITION: centre and axis held, spin free or prescribed",
+                "NO: flies freely (a CYLINDER without bonds, and kept apart from meshes by its contact group); "
+                "YES: centre and orientation held; POSITION: centre and axis (local z) held, spin free or prescribed",
                 default="NO",
             ),
             _CLASS,
@@ -367,7 +368,9 @@ _PARTS = (
     ),
     Keyword(
         "MOTION",
-        "What moves parts or particles: a prescribed motion, a drive or a support.",
+        "What moves parts or particles: a prescribed motion, a drive or a support. ROTATION, FREE ROTATION and "
+        "TORQUE of particles are for those with FIXED=POSITION or YES. When the step of a motion ends, parts stand "
+        "and particles fly on with the velocity that they have, unless they are FIXED.",
         (
             _reference("PART", "PART", "name or pattern of parts", wildcards=True),
             _reference("PARTICLE TYPE", "PARTICLE TYPE", "name or pattern of particle types", wildcards=True),

@@ -13,6 +13,7 @@ from beltsim.scene.guiding import slots_of_motion
 from beltsim.scene.machinery import Machinery, amplitudes_of, machinery_of
 from beltsim.scene.touching import Groups, Materials, shapes_of, touching_boxes
 from beltsim.scene.unbuilt import (
+    refuse_flying_cylinders,
     refuse_rods_on_cylinders,
     refuse_sharp_boxes,
     refuse_sharp_boxes_on_meshes,
@@ -98,6 +99,7 @@ def build(deck: Deck) -> Scene:
     refuse_sharp_boxes(touching_boxes(population, groups))
     meshes = [block for block in deck.blocks("PART") if block["SHAPE"] == "MESH"]
     refuse_sharp_boxes_on_meshes(population, groups, meshes)
+    refuse_flying_cylinders(deck, population, groups, meshes)
     refuse_turning(deck, population, slots_of_motion)
     machinery = machinery_of(deck, population, materials, groups)
     cylinders = np.array([part.shape == CYLINDER for part in machinery.info], bool)

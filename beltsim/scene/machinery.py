@@ -14,8 +14,9 @@ from beltsim.scene.mesh_file import MeshProblem, read_mesh
 from beltsim.scene.touching import Groups, Materials, of_shape
 from beltsim.scene.unbuilt import SceneError, problem
 from beltsim.scene.walls import Mesh, in_search_order, walls_of
-from beltsim.solver.motion import FREE, PRESCRIBED, Amplitudes, Slides, Spins
-from beltsim.solver.state import Parts, Walls, WallTree
+from beltsim.solver.motion import CARRIED, FREE, PRESCRIBED, Amplitudes, Slides, Spins
+from beltsim.solver.rods import Rods
+from beltsim.solver.state import Particles, Parts, Walls, WallTree
 from beltsim.solver.vectors import axis_z, rotate_back
 
 MESH = "MESH"
@@ -34,6 +35,7 @@ class PartInfo:
     id: int  # of the particle
     inertia: float  # about its axis, of a cylinder particle; 0 for a *PART
     spins: bool = False  # held by its position only, so that it turns freely unless a motion says else
+    flies: bool = False  # with its particle, wherever that goes
 
 
 @dataclass
@@ -46,6 +48,16 @@ class Machinery:
     meshes: list[Mesh]
     walls: Walls
     tree: WallTree
+    rods: Rods | None = None
+
+
+def rods_of(info: list[PartInfo], particles: Particles) -> Rods | None:
+    """Cylinder particles that fly; None if there are none."""
+    parts = np.array([p for p, part in enumerate(info) if part.flies], np.int32)
+    slots = np.array([info[p].particle for p in parts], np.int32)
+    inverse_mass = np.zeros(len(info))
+    inverse_mass[parts] = 1.0 / particles.mass[slots]
+    return Rods(slots, parts, inverse_mass) if parts.size else None
 
 
 def machinery_of(deck: Deck, population: Population, materials: Materials, groups: Groups) -> Machinery:
@@ -83,7 +95,8 @@ def machinery_of(deck: Deck, population: Population, materials: Materials, group
     for mesh in meshes:
         parts.radius[mesh.part] = np.linalg.norm(mesh.vertices, axis=1).max()
     walls, tree = walls_of(meshes, point_spacing(population))
-    return Machinery(info, parts, column(6, dtype=np.int32), meshes, walls, tree)
+    rods = rods_of(info, population.particles)
+    return Machinery(info, parts, column(6, dtype=np.int32), meshes, walls, tree, rods)
 
 
 def meshes_of(deck: Deck) -> list[Mesh]:
@@ -153,6 +166,7 @@ def row_of_cylinder(population: Population, slot: int, materials: Materials, gro
         particle_id,
         float(population.particles.inertia[2, slot]),
         body.fixed == "POSITION",
+        body.fixed == "NO",
     )
     radius, _, half_length = population.half_extent[slot]
     return info, (
@@ -199,13 +213,13 @@ def parts_of_motion(block: Block, machinery: Machinery) -> list[int]:
     if block.get("PARTICLE TYPE") is not None:
         types = {part.type_name for part in machinery.info if part.type_name}
         wanted = set(inp.matching(sorted(types), block["PARTICLE TYPE"]))
-        return [n for n, part in enumerate(machinery.info) if part.type_name in wanted]
+        return [n for n, part in enumerate(machinery.info) if part.type_name in wanted and not part.flies]
     ids = (
         set(inp.expand_ids(block["PARTICLES"]))
         if isinstance(block["PARTICLES"], str)
         else set(block["PARTICLES"])
     )
-    return [n for n, part in enumerate(machinery.info) if part.id in ids]
+    return [n for n, part in enumerate(machinery.info) if part.id in ids and not part.flies]
 
 
 def drives_of(
@@ -225,12 +239,17 @@ def drives_of(
     return spins, slides
 
 
+def mode_of(part: PartInfo) -> int:
+    """What turns a part that no motion turns."""
+    return CARRIED if part.flies else FREE if part.spins else PRESCRIBED
+
+
 def at_rest(machinery: Machinery) -> tuple[Spins, Slides]:
     """Parts that stay; cylinder particles held by their position spin freely."""
     count = len(machinery.info)
     inertia = np.array([part.inertia for part in machinery.info])
     spins = Spins(
-        mode=np.array([FREE if part.spins else PRESCRIBED for part in machinery.info], np.int8),
+        mode=np.array([mode_of(part) for part in machinery.info], np.int8),
         rate=np.zeros(count),
         amplitude=np.full(count, -1, np.int32),
         inertia=np.where(inertia > 0.0, inertia, 1.0) if count else np.ones(0),
@@ -242,12 +261,13 @@ def at_rest(machinery: Machinery) -> tuple[Spins, Slides]:
         velocity=np.zeros((3, count)),
         moves=np.ones(count),
         direction=np.zeros((3, count)),
-        mass=np.zeros(count),
+        mass=np.where([part.flies for part in machinery.info], -1.0, 0.0),
         force=np.zeros(count),
         amplitude=np.full(count, -1, np.int32),
         stiffness=np.zeros(count),
         damping=np.zeros(count),
         offset=np.zeros(count),
+        pressing=np.zeros((3, count)),
     )
     return spins, slides
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from beltsim.console import CommandError, ExitCode
 from beltsim.inp import Block, Deck
-from beltsim.scene.bodies import BOX, Body, Population
+from beltsim.scene.bodies import BOX, CYLINDER, Body, Population
 from beltsim.scene.touching import Groups
 
 NOT_BUILT = {
@@ -32,19 +32,34 @@ def refuse_unbuilt(deck: Deck) -> None:
         for keyword, expected in NOT_BUILT.items()
         for block in deck.blocks(keyword)
     ]
-    for block in deck.blocks("PARTICLE TYPE"):
-        problems += fixing_problems(block)
     if problems:
         raise SceneError("\n".join(problems))
 
 
-def fixing_problems(block: Block) -> list[str]:
-    """What is not built of the ways to hold particles: cylinders that fly."""
-    if block["SHAPE"] == "CYLINDER" and block["FIXED"] == "NO":
-        return [
-            problem(block, "a cylinder with FIXED=NO, which is not built yet", "FIXED=POSITION or FIXED=YES")
-        ]
-    return []
+def refuse_flying_cylinders(deck: Deck, population: Population, groups: Groups, meshes: list[Block]) -> None:
+    """Raise `SceneError` for cylinders that fly and are bonded or may touch a mesh, which is not built yet."""
+    flying = [body for body in population.bodies if body.shape == CYLINDER and body.fixed == "NO"]
+    problems = []
+    for body in flying:
+        found = f"{body.name}, a CYLINDER with FIXED=NO, "
+        for mesh in meshes:
+            if groups.may_touch[groups.of(body.group), groups.of(mesh.get("CONTACT GROUP"))]:
+                expected = "contact groups that keep them apart, or FIXED=POSITION or FIXED=YES"
+                problems.append(
+                    problem(
+                        body.block,
+                        f"{found}that may touch the mesh {mesh['NAME']}, which is not built yet",
+                        expected,
+                    )
+                )
+        own = population.id[[population.bodies[s] is body for s in population.species]]
+        for block in deck.blocks("BOND"):
+            if np.isin(block.rows["particles"], own).any():
+                problems.append(
+                    problem(block, f"a bond of {found}which is not built yet", "FIXED=POSITION or FIXED=YES")
+                )
+    if problems:
+        raise SceneError("\n".join(problems[:10]))
 
 
 def refuse_turning(deck: Deck, population: Population, slots_of) -> None:

@@ -215,6 +215,14 @@ def inertia_about(particles, i, arm):
 
 
 @inner
+def mass_beside(mass, listed, p):
+    """Reduced mass [kg] of a particle and part p, which is infinitely heavy unless it stands for a flying cylinder."""
+    if listed is not None:
+        mass = 1.0 / (1.0 / mass + listed.rods.inverse_mass[p])
+    return mass
+
+
+@inner
 def surface(velocity, spin, arm):
     """Velocity of a body's material point at `arm` from its centre."""
     return add(velocity, cross(spin, arm))
@@ -225,7 +233,7 @@ PAIRS = 256
 
 
 @callee
-def sphere_part_chunk(particles, shapes, laws, contacts, parts, time_step, chunk):
+def sphere_part_chunk(particles, shapes, laws, contacts, parts, rods, time_step, chunk):
     """Contacts of one chunk of pairs; writes to nothing else."""
     position, velocity, spin = particles.position, particles.velocity, particles.angular_velocity
     mass, radius, material = particles.mass, shapes.radius, shapes.material
@@ -261,7 +269,7 @@ def sphere_part_chunk(particles, shapes, laws, contacts, parts, time_step, chunk
             overlap,
             normal,
             reduced,
-            mass[i],
+            mass_beside(mass[i], rods, p),
             inertia_about(particles, i, arm_i),
             law_of(laws, material[i], parts.material[p]),
             relative,
@@ -272,17 +280,17 @@ def sphere_part_chunk(particles, shapes, laws, contacts, parts, time_step, chunk
 
 
 @parallel_kernel
-def share_sphere_parts(particles, shapes, laws, contacts, parts, time_step):
+def share_sphere_parts(particles, shapes, laws, contacts, parts, rods, time_step):
     """All chunks of pairs, by several threads."""
     for chunk in prange(-(-contacts.first.size // PAIRS)):
-        sphere_part_chunk(particles, shapes, laws, contacts, parts, time_step, np.int64(chunk))
+        sphere_part_chunk(particles, shapes, laws, contacts, parts, rods, time_step, np.int64(chunk))
 
 
 @callee
-def sphere_part_pass(particles, shapes, laws, contacts, parts, time_step, team):
+def sphere_part_pass(particles, shapes, laws, contacts, parts, rods, time_step, team):
     """Contacts of spheres with cylinders and planes (parts of infinite radius). `team`: threads, None for one."""
     if team is None:
         for chunk in range(-(-contacts.first.size // PAIRS)):
-            sphere_part_chunk(particles, shapes, laws, contacts, parts, time_step, chunk)
+            sphere_part_chunk(particles, shapes, laws, contacts, parts, rods, time_step, chunk)
     else:
-        share_sphere_parts(particles, shapes, laws, contacts, parts, time_step)
+        share_sphere_parts(particles, shapes, laws, contacts, parts, rods, time_step)

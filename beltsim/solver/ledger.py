@@ -250,7 +250,8 @@ def note_prescribed(ledger, parts, spins, slides, duration):
         if spins.mode[p] == PRESCRIBED:
             ledger.total[DRIVES] -= duration * dot(at(parts.torque, p), at(parts.angular_velocity, p))
         if slides.mass[p] == 0.0:
-            ledger.total[DRIVES] -= duration * dot(at(parts.force, p), at(parts.velocity, p))
+            load = sub(at(parts.force, p), at(slides.pressing, p))
+            ledger.total[DRIVES] -= duration * dot(load, at(parts.velocity, p))
 
 
 @inner

@@ -28,10 +28,12 @@ from beltsim.solver.vectors import (
     put4,
     rotate,
     scaled,
+    sub,
 )
 
 PRESCRIBED = 0
 FREE = 1
+CARRIED = 2  # the part stands for a cylinder particle that flies, and its slide has a mass below 0
 
 
 class Amplitudes(NamedTuple):
@@ -45,7 +47,7 @@ class Amplitudes(NamedTuple):
 class Spins(NamedTuple):
     """Rotation of each part about an axis through its centre: a cylinder's local z, a mesh's own."""
 
-    mode: Array  # (p,) int8: PRESCRIBED or FREE
+    mode: Array  # (p,) int8: PRESCRIBED, FREE or CARRIED
     rate: Array  # (p,) rad/s, of a prescribed rotation
     amplitude: Array  # (p,) int32 table for rate or torque, -1: constant
     inertia: Array  # (p,) kg m2
@@ -66,6 +68,7 @@ class Slides(NamedTuple):
     stiffness: Array  # (p,) N/m
     damping: Array  # (p,) N s/m
     offset: Array  # (p,) m, from the place where the spring is relaxed
+    pressing: Array  # (3, p) N, what presses on a surface that only runs: no work is done on it
 
 
 @inner
@@ -145,10 +148,10 @@ def push_parts(parts, spins, slides, amplitudes, time, duration, first):
 
 
 @inner
-def add_part_work(parts, work, duration):
+def add_part_work(parts, slides, work, duration):
     """Add what each part does at its present loads and velocities, over a duration [s], on all that touches it [J]."""
     for p in range(parts.radius.size):
-        taken = dot(at(parts.force, p), at(parts.velocity, p))
+        taken = dot(sub(at(parts.force, p), at(slides.pressing, p)), at(parts.velocity, p))
         taken += dot(at(parts.torque, p), at(parts.angular_velocity, p))
         work[p] -= duration * taken
 

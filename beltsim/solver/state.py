@@ -103,7 +103,9 @@ class Contacts(NamedTuple):
     rolling: Array | None  # (3, p) moment of the rolling spring, N m; None: no material has rolling friction
     loads: Array | None  # (9, p) as Bonds.loads; None: nobody sums them afterwards
     overlap: Array  # (p,) m, of the last step
-    beside: Array | None  # (4, p) int32 pair of the sphere with a neighbour of the box, -1: none; see `wall_pass`
+    beside: (
+        Array | None
+    )  # (4, p) int32 pair of the sphere with a neighbour of the box, -1: none; see `wall_pass`
     book: Array | None = None  # (rows, p) of `ledger`, if an energy book is kept
 
 

@@ -25,6 +25,7 @@ from beltsim.solver.motion import (
     push_parts,
     sum_part_loads,
 )
+from beltsim.solver.rods import follow_rods, load_rods, rod_pass
 from beltsim.solver.sphere_box_contacts import sphere_box_pass
 from beltsim.solver.sphere_contacts import sphere_sphere_pass
 from beltsim.solver.state import Array
@@ -115,15 +116,16 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
     Groups that the scene lacks are None: numba compiles their branch away. See `advance` for the parameters.
     """
     weigh(particles, environment.gravity, environment.drag, environment.wind, environment.team)
+    follow_rods(particles, parts, lists[7])
     for p in range(parts.force.shape[1]):
         put(parts.force, p, (0.0, 0.0, 0.0))
         put(parts.torque, p, (0.0, 0.0, 0.0))
+        put(drives[1].pressing, p, (0.0, 0.0, 0.0))
     if belt is not None:
         bonds, runs, kinds = belt
         bond_pass(particles, bonds, runs, kinds, strength, clock.step, clock.time_step, environment.team)
-    find_contact_forces(
-        particles, shapes, laws, *lists, parts, drives[1].moves, clock.time_step, environment.team
-    )
+    find_contact_forces(particles, shapes, laws, *lists, parts, drives[1], clock.time_step, environment.team)
+    load_rods(particles, parts, lists[7])
     time = clock.start + clock.step * clock.time_step
     if given is not None:
         add_given_loads(particles, given, drives[2], time)
@@ -142,20 +144,21 @@ def find_contact_forces(
     walls,
     points,
     box_boxes,
+    rods,
     parts,
-    moves,
+    slides,
     time_step,
     team,
 ):
     """Loads of all contacts."""
     if walls is not None:
         contacts, index, feelers, surfaces = walls
-        wall_pass(particles, shapes, laws, contacts, feelers, surfaces, parts, moves, time_step)
+        wall_pass(particles, shapes, laws, contacts, feelers, surfaces, parts, slides, time_step)
         sum_loads(particles, contacts.loads, index)
         sum_wall_loads(parts, contacts, surfaces)
     if points is not None:
         contacts, index, surfaces = points
-        wall_point_pass(particles, shapes, laws, contacts, surfaces, parts, moves, time_step)
+        wall_point_pass(particles, shapes, laws, contacts, surfaces, parts, slides, time_step)
         sum_loads(particles, contacts.loads, index)
         sum_point_loads(parts, contacts, surfaces)
     if box_boxes is not None:
@@ -167,13 +170,17 @@ def find_contact_forces(
         sphere_box_pass(particles, shapes, laws, boxes[0], time_step)
         add_loads(particles, boxes[0], True)
     if sphere_parts is not None:
-        sphere_part_pass(particles, shapes, laws, sphere_parts[0], parts, time_step, team)
+        sphere_part_pass(particles, shapes, laws, sphere_parts[0], parts, rods, time_step, team)
         add_loads(particles, sphere_parts[0], False)
         sum_part_loads(parts, sphere_parts[0])
     if box_parts is not None:
         box_cylinder_pass(particles, shapes, laws, box_parts[0], parts, time_step)
         add_loads(particles, box_parts[0], False)
         sum_part_loads(parts, box_parts[0])
+    if rods is not None:
+        rod_pass(particles, shapes, laws, rods.contacts, parts, rods.rods, time_step)
+        add_loads(particles, rods.contacts, False)
+        sum_part_loads(parts, rods.contacts)
 
 
 @inner
@@ -222,10 +229,10 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         now = Clock(dt, clock.start, step + 1, clock.skin, clock.cap)
         # Work over a step: the velocities of its middle with the loads of both its ends.
         ledger = environment.ledger
-        add_part_work(parts, environment.part_work, 0.5 * dt)
+        add_part_work(parts, slides, environment.part_work, 0.5 * dt)
         note_first_half(ledger, particles, parts, spins, slides, given, amplitudes, environment, time, dt)
         find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now)
-        add_part_work(parts, environment.part_work, 0.5 * dt)
+        add_part_work(parts, slides, environment.part_work, 0.5 * dt)
         note_second_half(
             ledger, particles, parts, spins, slides, given, amplitudes, environment, time + dt, dt
         )

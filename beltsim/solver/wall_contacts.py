@@ -54,14 +54,14 @@ SAME_POINT = 1e-3  # of the ball's radius: T-joints meet within the tolerance of
 
 
 @callee
-def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
+def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, slides, time_step):
     """Contacts of feelers with walls; rows of `contacts` are feelers.
 
     `beside[0]` holds who carries, 1 or 0; `beside[1]`, from the start of each row on, the pairs that touch.
-    `moves` (p,) is 0 for a part whose velocity is that of its surface only.
+    `slides` tells which parts only run: their velocity is that of their surface.
     """
     find_carriers(particles, shapes, laws, contacts, feelers, walls, parts)
-    push_feelers(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step)
+    push_feelers(particles, shapes, laws, contacts, feelers, walls, parts, slides, time_step)
 
 
 @uncounted
@@ -74,7 +74,7 @@ def rows_of_particle(particle, row):
 
 
 @callee
-def push_feelers(particles, shapes, laws, contacts, feelers, walls, parts, moves, time_step):
+def push_feelers(particles, shapes, laws, contacts, feelers, walls, parts, slides, time_step):
     """Loads of all spheres and boxes on the walls that carry them or their corners."""
     start, row = contacts.start, 0
     while row < feelers.particle.size:
@@ -83,9 +83,9 @@ def push_feelers(particles, shapes, laws, contacts, feelers, walls, parts, moves
         if start[rows[1]] == start[rows[0]]:
             continue
         if rows[1] - rows[0] == 1:
-            sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, rows[0], time_step)
+            sphere_on_walls(particles, shapes, laws, contacts, walls, parts, slides, rows[0], time_step)
         else:
-            box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, rows, time_step)
+            box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, slides, rows, time_step)
 
 
 @uncounted
@@ -213,16 +213,24 @@ def inherit_from_beside(contacts, walls, k, begin, end):
 
 
 @uncounted
-def wall_velocity(parts, moves, p, arm, normal):
+def wall_velocity(parts, slides, p, arm, normal):
     """Velocity of the surface of part p at `arm` from its centre; a belt that only runs runs along itself."""
     velocity = at(parts.velocity, p)
-    if moves[p] == 0.0:
+    if slides.moves[p] == 0.0:
         velocity = across(velocity, normal)
     return surface(velocity, at(parts.angular_velocity, p), arm)
 
 
 @uncounted
-def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row, time_step):
+def press(slides, p, loads, k, normal):
+    """Set apart what pair k presses on a part that only runs: its surface does no work across itself."""
+    if slides.moves[p] == 0.0:
+        force = dot(at(loads, k), normal)
+        put(slides.pressing, p, plus(at(slides.pressing, p), -force, normal))
+
+
+@uncounted
+def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, slides, row, time_step):
     """Loads of a sphere on the walls that carry it."""
     for k in range(contacts.start[row], contacts.start[row + 1]):
         if not contacts.beside[0, k]:
@@ -235,7 +243,7 @@ def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row,
         arm_p = sub(add(centre, arm), at(parts.position, p))
         spin = at(particles.angular_velocity, i)
         relative = sub(
-            surface(at(particles.velocity, i), spin, arm), wall_velocity(parts, moves, p, arm_p, normal)
+            surface(at(particles.velocity, i), spin, arm), wall_velocity(parts, slides, p, arm_p, normal)
         )
         point_contact(
             contacts,
@@ -251,6 +259,7 @@ def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, moves, row,
             (arm, arm_p),
             time_step,
         )
+        press(slides, p, contacts.loads, k, normal)
 
 
 @uncounted
@@ -271,7 +280,7 @@ def moved_mass(particles, i, arm, normal):
 
 
 @uncounted
-def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves, rows, time_step):
+def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, slides, rows, time_step):
     """Loads of a box on the walls that carry its corners.
 
     The damping of all corners together is that of one spring: the mass that counts is the one at the middle of the
@@ -317,20 +326,20 @@ def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, moves
                     normal,
                     (radius, side, mass),
                     law,
-                    moves,
+                    slides,
                     parts,
                     time_step,
                 )
 
 
 @uncounted
-def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, law, moves, parts, time_step):
+def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, law, slides, parts, time_step):
     """Loads and history of pair k, a corner of box i on part p at a point. `body` = edge radius, face side, mass."""
     radius, side, mass = body
     arm, arm_p = sub(point, at(particles.position, i)), sub(point, at(parts.position, p))
     relative = sub(
         surface(at(particles.velocity, i), at(particles.angular_velocity, i), arm),
-        wall_velocity(parts, moves, p, arm_p, normal),
+        wall_velocity(parts, slides, p, arm_p, normal),
     )
     elastic, stiffness, shear_stiffness, damping = corner_law(law, overlap, radius, side)
     approach = -dot(relative, normal)
@@ -341,10 +350,11 @@ def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, l
     force = scaled(normal, normal_force)
     force = touch(contacts, k, force, normal, shear_stiffness, damping, mass, bound, relative, time_step)
     put_loads(contacts.loads, k, force, cross(arm, force), cross(force, arm_p))
+    press(slides, p, contacts.loads, k, normal)
 
 
 @callee
-def wall_point_pass(particles, shapes, laws, contacts, walls, parts, moves, time_step):
+def wall_point_pass(particles, shapes, laws, contacts, walls, parts, slides, time_step):
     """Contacts of boxes with points of folds and rims; a point pushes as a corner of the box would."""
     for k in range(contacts.first.size):
         i, v = contacts.first[k], contacts.second[k]
@@ -373,7 +383,7 @@ def wall_point_pass(particles, shapes, laws, contacts, walls, parts, moves, time
             normal,
             (radius, face_side(core, radius), mass),
             law_of(laws, shapes.material[i], parts.material[p]),
-            moves,
+            slides,
             parts,
             time_step,
         )
