@@ -249,9 +249,12 @@ def friction_force(velocity, normal, time_step, spring, old_stiffness, stiffness
     size = norm(force)
     if size > bound:
         # Sliding: spring and damper together hold the bound. A spring that kept the viscous share as well rebounds
-        # spinning spheres with up to 0.1 too much of their surface velocity.
-        force = scaled(force, bound / size)
+        # spinning spheres with up to 0.1 too much of their surface velocity. One that is wound up the other way by a
+        # damper beyond the bound would make energy.
+        direction = scaled(force, 1.0 / size)
+        force = scaled(direction, bound)
         spring = sub(force, viscous)
+        spring = plus(spring, -min(dot(spring, direction), 0.0), direction)
     return force, spring
 
 

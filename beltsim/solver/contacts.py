@@ -45,13 +45,14 @@ def put_loads(loads, k, force, torque_first, torque_second):
 def add_loads(particles, contacts, both):
     """Add the loads of the pairs that touch to their particles, in the order of the pairs.
 
+    Those are the ones with a stiffness; it is negative where another pair has the history (`belt_surface`).
     `both` is False where the second is a part. Summing all pairs of each particle took four times as long: one in three
     of the listed pairs touches, and most particles have none.
     """
     first, second, stiffness, loads = contacts.first, contacts.second, contacts.stiffness, contacts.loads
     force, torque = particles.force, particles.torque
     for k in range(first.size):
-        if stiffness[k] > 0.0:
+        if stiffness[k] != 0.0:
             i, j = first[k], second[k]
             for row in range(3):
                 force[row, i] += loads[row, k]
@@ -134,7 +135,10 @@ def point_loads(law, overlap, radius, mass, inertia, normal, relative, spins, ar
         relative, normal, time_step, spring, old, shear_stiffness, damping, mass, law.friction * pressed
     )
     spin = sub(spins[0], spins[1])
-    moment, rolling = resisted(rolling, law, radius, spin, normal, time_step, stiffness, inertia, pressed)
+    softened = shear_stiffness / old if shear_stiffness < old else 1.0
+    moment, rolling = resisted(
+        rolling, law, radius, spin, normal, time_step, stiffness, softened, inertia, pressed
+    )
     force = add(scaled(normal, normal_force), tangential)
     torque_1 = add(cross(arms[0], force), moment)
     torque_2 = sub(cross(force, arms[1]), moment)
@@ -142,13 +146,24 @@ def point_loads(law, overlap, radius, mass, inertia, normal, relative, spins, ar
 
 
 @inner
-def resisted(rolling, law, radius, spin, normal, time_step, stiffness, inertia, pressed):
-    """Rolling moment on the first body and that of its spring; none without a history of it."""
+def resisted(rolling, law, radius, spin, normal, time_step, stiffness, softened, inertia, pressed):
+    """Rolling moment on the first body and that of its spring; none without a history of it.
+
+    A spring that is softened, to the share `softened`, keeps its turn as that of friction does: no energy is made.
+    """
     if rolling is None:
         return NONE, NONE
     arm = law.rolling_friction * radius
     return rolling_moment(
-        rolling, spin, normal, time_step, stiffness, arm, law.rolling_damping, inertia, arm * pressed
+        scaled(rolling, softened),
+        spin,
+        normal,
+        time_step,
+        stiffness,
+        arm,
+        law.rolling_damping,
+        inertia,
+        arm * pressed,
     )
 
 
@@ -159,7 +174,7 @@ def note_point(book, k, law, overlap, radius, normal, relative, spin, old, new, 
         elastic, stiffness, _, _ = point_law(law, overlap, radius)
         normal_force = dot(force, normal)
         viscous, approach = normal_force - elastic, -dot(relative, normal)
-        note_normal(book, k, stored(elastic, stiffness, overlap), viscous, approach, time_step)
+        note_normal(book, k, stored(elastic, stiffness, overlap), viscous, approach, time_step, overlap)
         tangential = plus(force, -normal_force, normal)
         bound = law.friction * max(normal_force, 0.0)
         note_friction(book, k, normal, relative, time_step, old[:2], new[:2], tangential, bound)

@@ -31,14 +31,12 @@ VISCOUS = 0  # normal viscous force of the step before, N
 HELD = 1  # to 3: tangential force of the step before, N
 TURNED = 4  # to 6: rolling moment of the step before, N m
 NORMAL, TANGENTIAL, ROLLING = 7, 8, 9  # energies of the springs, J
-LATE_NORMAL, LATE_TANGENTIAL, LATE_ROLLING = (
-    10,
-    11,
-    12,
-)  # what the next half kick takes, if the contact ends before, J
-CARRIED = 13  # rows before this one are the history of a pair
-LOST_DAMPING, LOST_FRICTION, LOST_ROLLING, LOST_SPRING = 13, 14, 15, 16  # J, since the list was made
-CONTACT_ROWS = 17
+# What the next half kick takes, if the contact ends before, J
+LATE_NORMAL, LATE_TANGENTIAL, LATE_ROLLING = 10, 11, 12
+OVERLAP = 13  # of the step before, m
+CARRIED = 14  # rows before this one are the history of a pair
+LOST_DAMPING, LOST_FRICTION, LOST_ROLLING, LOST_SPRING = 14, 15, 16, 17  # J, since the list was made
+CONTACT_ROWS = 18
 
 # Rows of the book of bonds: viscous force, half its couple and viscous moment of the step before, then losses in J.
 BOND_DAMPING, BOND_BREAKAGE = 9, 10
@@ -70,13 +68,19 @@ def stored(elastic, stiffness, overlap):
 
 
 @inner
-def note_normal(book, k, energy, viscous, approach, time_step):
-    """Damping of pair k along its normal: viscous force [N] and rate of the overlap [m/s]; `energy` of its spring."""
+def note_normal(book, k, energy, viscous, approach, time_step, overlap=None):
+    """Damping of pair k along its normal: viscous force [N] and rate of the overlap [m/s]; `energy` of its spring.
+
+    The force of the step before acted in the first half of this one, where the overlap grew at another rate, that of
+    the geometry of then: with the overlap [m] given that half is what both halves grew less the second.
+    """
     if book is not None:
-        half = 0.5 * time_step
-        book[LOST_DAMPING, k] += half * (book[VISCOUS, k] + viscous) * approach
-        book[LATE_NORMAL, k] = half * viscous * approach
+        second = 0.5 * time_step * approach
+        first = second if overlap is None else overlap - book[OVERLAP, k] - second
+        book[LOST_DAMPING, k] += book[VISCOUS, k] * first + viscous * second
+        book[LATE_NORMAL, k] = viscous * second
         book[VISCOUS, k] = viscous
+        book[OVERLAP, k] = 0.0 if overlap is None else overlap
         book[NORMAL, k] = energy
 
 
@@ -105,8 +109,7 @@ def note_friction(book, k, normal, velocity, time_step, before, after, force, bo
     """Tangential work of pair k in a step: its spring, its stiffness's change, its damper or its sliding.
 
     `before`, `after` are spring force [N] and stiffness [N/m]; `force` is the whole tangential force. A spring that is
-    stiffened with its force kept, or softened with its deflection kept, loses F^2 / 2k^2 |dk|. What slides stores
-    F^2 / 2k of the force that it holds: the spring of the law may be wound up farther, against its damper.
+    stiffened with its force kept, or softened with its deflection kept, loses F^2 / 2k^2 |dk|.
     """
     if book is not None:
         travel = scaled(across(velocity, normal), time_step)
@@ -116,7 +119,7 @@ def note_friction(book, k, normal, velocity, time_step, before, after, force, bo
         if new < old:
             kept, ratio = scaled(spring, new / old), new / old
         slides = norm(force) >= bound * (1.0 - 1e-12)
-        energy = energy_of(force if slides else after[0], new)
+        energy = energy_of(after[0], new)
         loss = book[TANGENTIAL, k] * (1.0 - ratio) - 0.5 * dot(sub(spring, kept), travel)
         rest = work - (energy - book[TANGENTIAL, k]) - loss
         book[LOST_FRICTION if slides else LOST_DAMPING, k] += rest

@@ -1,13 +1,11 @@
 """The pass over contacts of spheres with rounded boxes, in stages over chunks of spheres.
 
-First the overlap of all listed pairs, most of which are apart; then which box carries each sphere; then the law of the
-pairs that carry, in a tile, and what it finds goes to its places. Stages with arithmetic are vectorised.
+First the overlap of all listed pairs, most of which are apart; then which box carries each sphere, and the few spheres
+that lie on several; then the law of the pairs that carry alone, in a tile, and what it finds goes to its places. Stages
+with arithmetic are vectorised.
 
-The bonded boxes of a belt are one surface. They overlap, so a sphere near a seam lies on two or four of them. Only a
-box that the sphere overlaps more deeply than its bonded neighbours carries it, and the history is handed on: a sphere
-that rolls over a flat belt feels no seam, since the deepest one keeps force and normal continuous there (weighting all
-boxes by their overlap dips by several per cent beside each seam), while one wedged between a belt's wings still touches
-both.
+The bonded boxes of a belt are one surface (`belt_surface`): a sphere that rolls over a flat belt feels no seam, while
+one wedged between a belt's wings touches both.
 """
 
 from __future__ import annotations
@@ -16,11 +14,11 @@ import math
 
 import numpy as np
 
+from beltsim.solver.belt_surface import inherit, leads, load_surfaces
 from beltsim.solver.contacts import NONE, forget, law_of, note_point, point_loads, surface
-from beltsim.solver.jit import callee, inner, uncounted, vector_kernel
-from beltsim.solver.ledger import hand_on
+from beltsim.solver.jit import callee, inner, vector_kernel
 from beltsim.solver.shapes import box_gap, sphere_box
-from beltsim.solver.vectors import add, at, cross, dot, of, of4, put, rows3, rows4, scaled, sub
+from beltsim.solver.vectors import add, cross, dot, of, of4, rows3, rows4, scaled, sub
 
 CHUNK = 1024
 """Particles whose pairs are done at a time; fixed, so that results depend on no count of threads."""
@@ -52,34 +50,6 @@ def find_overlaps(first, second, begin, count, position, orientation, core, radi
         overlaps[k] = reach - box_gap(of(position, i), of(position, j), of4(orientation, j), of(core, j))
 
 
-@uncounted
-def is_deepest(contacts, k):
-    """Whether pair k touches and no bonded neighbour of its box overlaps more; equals go to the lower pair."""
-    overlap = contacts.overlap[k]
-    if overlap <= 0.0:
-        return False
-    for n in range(4):
-        other = contacts.beside[n, k]
-        if other >= 0:
-            rival = contacts.overlap[other]
-            if rival > overlap or (rival == overlap and other < k):
-                return False
-    return True
-
-
-@uncounted
-def inherit(contacts, k):
-    """Hand the history of a bonded neighbour that carries no more on to pair k, which begins to carry."""
-    for n in range(4):
-        other = contacts.beside[n, k]
-        if other >= 0 and contacts.stiffness[other] > 0.0 and not is_deepest(contacts, other):
-            contacts.stiffness[k] = contacts.stiffness[other]
-            put(contacts.spring, k, at(contacts.spring, other))
-            put(contacts.rolling, k, at(contacts.rolling, other))
-            hand_on(contacts.book, k, other)
-            return
-
-
 @callee
 def find_carriers(contacts, begin, end, carriers):
     """Number of pairs begin to end that carry, put into `carriers`; what ends hands its history on or loses it."""
@@ -87,14 +57,15 @@ def find_carriers(contacts, begin, end, carriers):
     ended = np.empty(end - begin, np.uint32)
     count = ends = 0
     for k in range(begin, end):
-        if overlaps[k] > 0.0 and is_deepest(contacts, k):
+        if overlaps[k] > 0.0 and leads(contacts, k):
             carriers[count] = k
             count += 1
-        elif stiffnesses[k] > 0.0:
+        elif stiffnesses[k] != 0.0:
             ended[ends] = k
             ends += 1
     for n in range(count):
-        if stiffnesses[carriers[n]] == 0.0:
+        if stiffnesses[carriers[n]] <= 0.0:
+            stiffnesses[carriers[n]] = 0.0
             inherit(contacts, carriers[n])
     for n in range(ends):
         forget(contacts, ended[n])
@@ -218,6 +189,7 @@ def sphere_box_chunk(particles, shapes, laws, contacts, time_step, begin, end):
     )
     carriers = np.zeros(end - begin + LANES, np.uint32)
     count = find_carriers(contacts, begin, end, carriers)
+    count = load_surfaces(particles, shapes, laws, contacts, carriers, count, time_step)
     whole = count if contacts.book is not None else (count + LANES - 1) // LANES * LANES
     tile = np.zeros((ROWS, whole))
     gather(particles, shapes, contacts, carriers, count, tile)
