@@ -48,7 +48,7 @@ class Lists(NamedTuple):
     walls: ListedWalls | None  # spheres and boxes with meshes, boxes with planes
     points: ListedPoints | None  # boxes with folds and rims of meshes
     box_boxes: Listed | None
-    rods: ListedRods | None  # cylinders that fly with planes, rollers and one another
+    rods: ListedRods | None = None  # cylinders that fly with planes, rollers and one another
 
 
 BETWEEN_PARTICLES = ("spheres", "boxes", "box_boxes")
