@@ -191,8 +191,10 @@ def elastic() -> Findings:
 
 
 LINE = (
-    "Largest change in one impact. A box on a cylinder touches along a line of straight pieces that stand for slightly "
-    "curved ones: on edges its error of up to 1e-3 is the law's, whatever the step."
+    "Largest change in one impact. A tilted box that meets a cylinder with an edge gains energy, whatever the step: "
+    "its line contact takes the mean distance of all that touches for the overlap and one direction for the force, "
+    "so the force is the slope of its energy only where the overlap is even. The gain falls with the overlap: in "
+    "the first impact 2.5e-3 at 5 MPa, 1.6e-3 at 50 MPa, 1.0e-3 at 500 MPa."
 )
 CASES = {
     "K3": Case(
