@@ -247,7 +247,10 @@ def test_a_belt_drawn_over_another_feels_neither_seams_nor_lost_friction():
     deck.add("MOTION", particle_type="drawn", type="VELOCITY", rows={"vector": [(0.5, 0.1, 0.0)]})
     state = scenes.start(deck)
     scenes.advance(state, 50)
-    loads = scenes.advance(state, 5000, every=25, probe=lambda s: force_on(s, ids))
+    slots = [scenes.slot(state, int(i)) for i in ids]
+    loads = scenes.advance(
+        state, 5000, every=25, probe=lambda s: scenes.particles(s).force[:, slots].sum(axis=1)
+    )
     along = np.array([0.5, 0.1, 0.0]) / np.hypot(0.5, 0.1)
     normal, drag = loads[:, 2], -loads @ along
     # 50 mm, two and a half cells. The rows of points under the ends of the drawn belt: 1 % (see `box_box`).

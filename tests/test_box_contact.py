@@ -334,10 +334,10 @@ def test_boxes_that_do_not_reach_each_other_feel_nothing():
 
 
 def test_stiffness_of_faces_follows_from_the_moduli_or_is_given():
-    hertz = HertzPair(2.75e6, 0.8e6, 0.1, 0.5, 0.0)
+    hertz = HertzPair(2.75e6, 0.8e6, 0.1, 0.5, 0.0, 0.0)
     # Two layers of 5 mm of E / (1 - nu^2) = 5.5 MPa in series: 5.5e6 / 0.01 Pa/m.
     assert face_law(hertz, 0.005, 6.25e-4) == pytest.approx((5.5e8, 6.4e8, 0.1))
-    linear = LinearPair(1e5, 4e4, 0.2, 0.5, 0.0)
+    linear = LinearPair(1e5, 4e4, 0.2, 0.5, 0.0, 0.0)
     assert face_law(linear, 0.005, 5e-4) == pytest.approx((2e8, 8e7, 0.2))
 
 

@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from beltsim import inp
+from beltsim.diagnosis import contact_forces
 from beltsim.engine import begin_stage, state_of
 from beltsim.fill import fill_belts
 from beltsim.run import prepare
@@ -73,11 +74,13 @@ def filled(deck):
 
 
 def forces_at_start(scene):
-    """Largest load of any contact when the scene begins [N]."""
+    """Largest force of any contact when the scene begins [N]."""
     state = state_of(scene)
     begin_stage(state, prepare(state, scene.steps[0], 0.0, lambda _: None, True))
     return max(
-        float(np.abs(family[0].loads).max(initial=0.0)) for family in state.lists if family is not None
+        float(contact_forces(scene, family[0]).max(initial=0.0))
+        for family in state.lists
+        if family is not None
     )
 
 

@@ -262,7 +262,7 @@ def test_an_output_that_is_the_input_is_refused(ball):
 
 def test_a_folder_is_no_case(tmp_path):
     result = run(tmp_path)
-    assert result.exit_code == ExitCode.USAGE
+    assert result.exit_code == ExitCode.INVALID_INPUT
     assert "Traceback" not in result.output
 
 

@@ -29,6 +29,7 @@ from beltsim.solver.vectors import (
     rotate,
     scaled,
     sub,
+    unit,
 )
 
 PRESCRIBED = 0
@@ -114,7 +115,9 @@ def move_parts(parts, slides, time_step):
     """Drift of all parts over one step, with the velocities of its middle."""
     for p in range(parts.radius.size):
         turn = exponential(scaled(at(parts.angular_velocity, p), time_step))
-        put4(parts.orientation, p, product(turn, at4(parts.orientation, p)))
+        # Of unit length, since each kick reads the rate along an axis that carries the length's error twice: without it
+        # the rate of a driven roller was off by 1e-10 after 5,000 steps.
+        put4(parts.orientation, p, unit(product(turn, at4(parts.orientation, p))))
         if slides.moves[p] != 0.0:
             velocity = at(parts.velocity, p)
             put(parts.position, p, plus(at(parts.position, p), time_step, velocity))
