@@ -62,7 +62,7 @@ def multirate(found: dict) -> str:
             if off is None
             else [f"{off['energy']:.1e}", f"{off['tension']:.1e}", f"{off['micrometres']:.2g}"]
         )
-        rows.append([f"{row['outer']:g}", str(row["inner"]), f"{row['gain']:.2f}", *cells])
+        rows.append([f"{row['outer']:.2g}", str(row["inner"]), f"{row['gain']:.2f}", *cells])
     share = ", ".join(f"{name} {time:.0f} us" for name, time in found["microseconds"].items())
     names = [
         "outer step / limit of undamped bonds", "inner steps", "speed / one rate",
@@ -90,7 +90,7 @@ def startup(found: dict) -> str:
         size = f"{each['megabytes']:.0f} MB" if "megabytes" in each else ""
         rows.append([what, f"{each['clock']:.2f}", f"{each['cpu']:.2f}", wanted, size])
     text = (
-        f"Least of {found['rounds']} processes each, with a load of up to {found['load']:.1f} on {found['cores']} "
+        f"Least of {found['rounds']} round(s) of processes of their own, with a load of up to {found['load']:.1f} on {found['cores']} "
         "cores; what is wanted holds for the clock of a quiet machine. Made by `benchmarks/startup.py`."
     )
     return f"## Start-up\n\n{text}\n\n" + table(["", "clock, s", "CPU, s", "wanted, s", "cache"], rows)
