@@ -91,7 +91,7 @@ def startup(found: dict) -> str:
         rows.append([what, f"{each['clock']:.2f}", f"{each['cpu']:.2f}", wanted, size])
     text = (
         f"Least of {found['rounds']} round(s) of processes of their own, with a load of up to {found['load']:.1f} on "
-        f"{found['cores']} cores; what is wanted holds for the clock of a quiet machine. Made by `benchmarks/startup.py`."
+        f"{found['cores']} cores; wanted is the clock of a quiet machine. Made by `benchmarks/startup.py`."
     )
     return f"## Start-up\n\n{text}\n\n" + table(["", "clock, s", "CPU, s", "wanted, s", "cache"], rows)
 
