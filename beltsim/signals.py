@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from beltsim.console import CommandError, ExitCode
+
+LATER = 0.02  # s until a signal that came at a bad moment comes again
 
 
 class Stopped(CommandError):
@@ -43,13 +47,25 @@ class Stop:
         finally:
             self.at_once = before
 
-    def catch(self, number: int, frame) -> None:  # noqa: ARG002 - the signature is Python's
+    def catch(self, number: int, frame) -> None:
         """Take a signal; a second SIGINT stops at once, whatever the run does."""
+        if self.at_once and in_callback(frame):
+            threading.Timer(LATER, os.kill, (os.getpid(), number)).start()
+            return
         if number == signal.SIGINT and self.code is not None:
             raise KeyboardInterrupt
         self.code = ExitCode.INTERRUPTED if number == signal.SIGINT else ExitCode.TERMINATED
         if self.at_once:
             raise AtOnce
+
+
+def in_callback(frame) -> bool:
+    """Whether LLVM has called back for a compiled module: what is thrown there is printed and lost."""
+    while frame is not None:
+        if frame.f_code.co_filename.endswith("executionengine.py"):
+            return True
+        frame = frame.f_back
+    return False
 
 
 @contextmanager

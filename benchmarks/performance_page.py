@@ -227,8 +227,8 @@ def distance(machine: dict, scenes: dict) -> str:
                 limit_row(name, "bonds", 1e3 * times["bonds"] / part["bonds"], FLOPS["bond"], machine)
             )
         if "spheres" in pairs and pairs["spheres"]["touching"]:
-            each = 1e3 * times["spheres: law"] / pairs["spheres"]["touching"]
-            rows.append(limit_row(name, "spheres: law", each, FLOPS["contact"], machine))
+            each = 1e3 * times["spheres: law and adding up"] / pairs["spheres"]["touching"]
+            rows.append(limit_row(name, "spheres: law and adding up", each, FLOPS["contact"], machine))
     names = ["scene", "pass", "ns a bond or touching pair", "at the multiply-add limit", "times the limit"]
     return f"""## Distance to the machine's limit
 

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import pytest
 from click.testing import CliRunner
 
 from beltconverter.cli import main as beltconvert
-from beltsim import trajectory
+from beltsim import signals, trajectory
 from beltsim.cli import main as beltsim
 from beltsim.console import ExitCode
 from partconverter.cli import main as partconvert
@@ -245,6 +246,23 @@ def test_a_signal_while_kernels_compile_ends_the_run_at_once(ball, tmp_path, num
     assert errors == "stopped while preparing, between two frames\n"
     assert earlier.read_text() == "as it was"
     assert not [path for path in (tmp_path / "cache").rglob("*") if ".tmp." in path.name]
+
+
+def test_a_signal_in_a_callback_of_the_compiler_comes_again(monkeypatch):
+    """What is thrown there is printed and lost, so the signal is sent anew a moment later and ends the run then."""
+    sent, stop = [], signals.Stop()
+    monkeypatch.setattr(signals.os, "kill", lambda *words: sent.append(words))
+    monkeypatch.setattr(signals, "LATER", 0.0)
+    space = {"catch": stop.catch, "frame_now": sys._getframe}
+    exec(compile("def called_back(number): catch(number, frame_now())", "executionengine.py", "exec"), space)
+    space["called_back"](signal.SIGINT)
+    for thread in threading.enumerate():
+        if isinstance(thread, threading.Timer):
+            thread.join()
+    assert sent == [(os.getpid(), signal.SIGINT)]
+    assert stop.code is None
+    with pytest.raises(signals.AtOnce):
+        stop.catch(signal.SIGINT, sys._getframe())
 
 
 def test_an_output_that_is_the_input_is_refused(ball):
