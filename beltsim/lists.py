@@ -13,6 +13,7 @@ from beltsim.solver.neighbours import (
     carry_history,
     empty_contacts,
     link_neighbours,
+    owners_of,
 )
 from beltsim.solver.part_pairs import part_pairs
 from beltsim.solver.particle_pairs import particle_pairs
@@ -110,21 +111,19 @@ def make_lists(
     position = particles.position
     apart = by_particle(excluded, particles.mass.size)
 
-    def among(owners, members=None):
+    def among(owners, members=None, **kept):
         start, second = particle_pairs(position, shapes, owners, members, skin, apart)
-        first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
-        return empty_contacts(start, first, second)
+        return empty_contacts(start, owners_of(start), second, **kept)
 
     def with_parts(slots, planes):
         start, first = part_pairs(position, shapes, slots, parts, part_group, skin, planes)
-        second = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
-        return empty_contacts(start, first, second)
+        return empty_contacts(start, first, owners_of(start))
 
     def between_spheres():
-        start, second = particle_pairs(position, shapes, spheres, None, skin, apart)
-        first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
-        contacts = empty_contacts(start, first, second, rolls=families.rolling, summed=False)
-        return ListedSpheres(contacts, crossings_of(start, second), families.sphere_material)
+        contacts = among(spheres, rolls=families.rolling, summed=False)
+        return ListedSpheres(
+            contacts, crossings_of(contacts.start, contacts.second), families.sphere_material
+        )
 
     on_boxes = None
     if families.spheres and families.boxes:
@@ -147,13 +146,12 @@ def make_lists(
     )
 
 
-def with_surfaces(lists: Lists, walls: Walls) -> tuple:
+def with_surfaces(lists: Lists, walls: Walls) -> Lists:
     """The lists as the steps take them: those of walls bring the triangles, which no checkpoint needs."""
-    families = lists._asdict()
-    for name in ("walls", "points"):
-        if families[name] is not None:
-            families[name] = (*families[name], walls)
-    return tuple(families.values())
+    of_walls = {name: getattr(lists, name) for name in ("walls", "points")}
+    return lists._replace(
+        **{name: (*family, walls) for name, family in of_walls.items() if family is not None}
+    )
 
 
 def carry(new: Lists, old: Lists, origin: np.ndarray, parts: int) -> None:

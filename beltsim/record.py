@@ -139,7 +139,8 @@ def frame_of(state: State, contents: Contents, tally: dict[str, float], measures
         bonds["broken"] = (scene.bonds.intact[place] == 0).astype(np.uint8)
     varying = contents.species_of is None
     # Spheres are sorted by place as they move; frames keep the order of the deck where nobody comes or leaves.
-    slots = slice(None) if contents.id is None else population.slots_of(contents.id)
+    sorted_anew = contents.id is not None and not np.array_equal(population.id, contents.id)
+    slots = population.slots_of(contents.id) if sorted_anew else slice(None)
     return Frame(
         step=state.total_steps,
         time=state.time,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltsim.solver.neighbours import carry_history, empty_contacts
+from beltsim.solver.neighbours import carry_history, empty_contacts, owners_of
 from beltsim.solver.part_pairs import part_pairs
 from beltsim.solver.rods import Rods
 from beltsim.solver.state import Contacts, Particles, Parts, Shapes
@@ -24,7 +24,7 @@ def list_rods(
 ) -> ListedRods:
     """Pairs at the present positions; two cylinders that fly are a pair once, of the earlier with the later's part."""
     start, first = part_pairs(particles.position, shapes, rods.particle, parts, part_group, skin, True)
-    second = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
+    second = owners_of(start)
     flying = np.full(parts.radius.size, np.iinfo(np.int32).max, np.int32)
     flying[rods.part] = rods.particle
     kept = first < flying[second]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from beltsim.console import CommandError, ExitCode
 
-LATER = 0.02  # s until a signal that came at a bad moment comes again
+LATER = 0.02  # s until a signal whose exception was lost comes again
 
 
 class Stopped(CommandError):
@@ -31,6 +32,7 @@ class Stop:
     def __init__(self, *, at_once: bool = True):
         self.code: ExitCode | None = None
         self.at_once = at_once
+        self.again: threading.Timer | None = None  # from when an exception was lost until it is thrown again
 
     def __call__(self) -> ExitCode | None:
         """The exit code to end with."""
@@ -47,25 +49,22 @@ class Stop:
         finally:
             self.at_once = before
 
-    def catch(self, number: int, frame) -> None:
+    def catch(self, number: int, frame) -> None:  # noqa: ARG002 - the signature is Python's
         """Take a signal; a second SIGINT stops at once, whatever the run does."""
-        if self.at_once and in_callback(frame):
-            threading.Timer(LATER, os.kill, (os.getpid(), number)).start()
-            return
-        if number == signal.SIGINT and self.code is not None:
+        resent, self.again = self.again is not None, None
+        if number == signal.SIGINT and self.code is not None and not resent:
             raise KeyboardInterrupt
         self.code = ExitCode.INTERRUPTED if number == signal.SIGINT else ExitCode.TERMINATED
         if self.at_once:
-            raise AtOnce
+            raise AtOnce(number)
 
-
-def in_callback(frame) -> bool:
-    """Whether LLVM has called back for a compiled module: what is thrown there is printed and lost."""
-    while frame is not None:
-        if frame.f_code.co_filename.endswith("executionengine.py"):
-            return True
-        frame = frame.f_back
-    return False
+    def throw_again(self, lost) -> None:
+        """Python's hook for what is thrown in finalizers and in callbacks of LLVM: it goes no further than there."""
+        if isinstance(lost.exc_value, AtOnce):
+            self.again = threading.Timer(LATER, os.kill, (os.getpid(), lost.exc_value.args[0]))
+            self.again.start()
+        else:
+            sys.__unraisablehook__(lost)
 
 
 @contextmanager
@@ -79,10 +78,19 @@ def signals() -> Iterator[Stop]:
     """
     stop = Stop()
     before = {number: signal.signal(number, stop.catch) for number in (signal.SIGINT, signal.SIGTERM)}
+    hook, sys.unraisablehook = sys.unraisablehook, stop.throw_again
     try:
         yield stop
-    except AtOnce:
-        raise Stopped("stopped while preparing, between two frames", stop.code) from None
+    except CommandError:
+        raise
+    except (AtOnce, Exception) as error:
+        # A compiler whose callback was cut short by a signal fails in ways of its own.
+        if isinstance(error, AtOnce) or stop.again is not None:
+            raise Stopped("stopped while preparing, between two frames", stop.code) from None
+        raise
     finally:
+        if stop.again is not None:
+            stop.again.cancel()
+        sys.unraisablehook = hook
         for number, handler in before.items():
             signal.signal(number, handler)

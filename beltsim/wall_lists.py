@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltsim.solver.neighbours import carry_history, empty_contacts, sort_loads
+from beltsim.solver.neighbours import carry_history, empty_contacts, owners_of, sort_loads
 from beltsim.solver.state import Contacts, Feelers, Loads, Particles, Parts, Shapes, Walls, WallTree
 from beltsim.solver.wall_pairs import point_pairs, wall_pairs
 
@@ -55,7 +55,7 @@ def list_walls(
     start, first, second = wall_pairs(
         particles.position, shapes, feelers, walls, tree, parts, part_group, skin
     )
-    loads = sort_loads(particles.mass.size, first, second, False)
+    loads = sort_loads(particles.mass.size, first)
     return ListedWalls(empty_contacts(start, first, second), loads, feelers)
 
 
@@ -64,8 +64,8 @@ def list_points(
 ) -> ListedPoints:
     """Pairs of boxes and points of the walls near them."""
     start, second = point_pairs(particles.position, shapes, near.feelers, near.contacts, walls, parts, skin)
-    first = np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
-    loads = sort_loads(particles.mass.size, first, second, False)
+    first = owners_of(start)
+    loads = sort_loads(particles.mass.size, first)
     return ListedPoints(empty_contacts(start, first, second), loads)
 
 

@@ -35,8 +35,8 @@ def forces_with(state: State, belt: bool, family: str | None):
     arguments = list(solver_arguments(state, time_step=0.0))
     if not belt:
         arguments[3] = None
-    arguments[5] = tuple(
-        None if name != family else value for name, value in zip(Lists._fields, arguments[5])
+    arguments[5] = Lists(
+        *(None if name != family else value for name, value in zip(Lists._fields, arguments[5]))
     )
     return lambda: advance(*arguments, 0)
 

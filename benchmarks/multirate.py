@@ -48,7 +48,7 @@ def steady(state: State) -> None:
 def bonds_alone(state: State) -> tuple:
     """Arguments of `advance` without contacts."""
     arguments = list(solver_arguments(state))
-    arguments[5] = (None,) * len(Lists._fields)
+    arguments[5] = Lists(*[None] * len(Lists._fields))
     return tuple(arguments)
 
 

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
@@ -248,21 +247,39 @@ def test_a_signal_while_kernels_compile_ends_the_run_at_once(ball, tmp_path, num
     assert not [path for path in (tmp_path / "cache").rglob("*") if ".tmp." in path.name]
 
 
-def test_a_signal_in_a_callback_of_the_compiler_comes_again(monkeypatch):
-    """What is thrown there is printed and lost, so the signal is sent anew a moment later and ends the run then."""
-    sent, stop = [], signals.Stop()
-    monkeypatch.setattr(signals.os, "kill", lambda *words: sent.append(words))
-    monkeypatch.setattr(signals, "LATER", 0.0)
-    space = {"catch": stop.catch, "frame_now": sys._getframe}
-    exec(compile("def called_back(number): catch(number, frame_now())", "executionengine.py", "exec"), space)
-    space["called_back"](signal.SIGINT)
-    for thread in threading.enumerate():
-        if isinstance(thread, threading.Timer):
-            thread.join()
-    assert sent == [(os.getpid(), signal.SIGINT)]
-    assert stop.code is None
-    with pytest.raises(signals.AtOnce):
-        stop.catch(signal.SIGINT, sys._getframe())
+class Dying:
+    """Something in whose finalizer a signal comes: what is thrown there is lost."""
+
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+
+
+def wait():
+    time.sleep(10.0)
+
+
+def fail():
+    raise ValueError("what a compiler that was cut short says")
+
+
+@pytest.mark.parametrize("after", [wait, fail])
+def test_a_signal_whose_exception_is_lost_ends_the_run_all_the_same(capfd, after):
+    """It comes again a moment later; what fails meanwhile counts as that end, and nothing is said of the loss."""
+
+    def lost():
+        with signals.signals():
+            Dying()
+            after()
+
+    with pytest.raises(signals.Stopped) as stopped:
+        lost()
+    assert stopped.value.exit_code == ExitCode.INTERRUPTED
+    assert capfd.readouterr().err == ""
+
+
+def test_other_errors_are_no_signals():
+    with pytest.raises(ValueError, match="cut short"), signals.signals():
+        fail()
 
 
 def test_an_output_that_is_the_input_is_refused(ball):

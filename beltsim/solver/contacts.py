@@ -221,12 +221,18 @@ def reduced_mass(mass, mobility, i, j):
     return 1.0 / inverse if inverse > 0.0 else mass[i]
 
 
+@inner
+def about_end(mass, inertia, arm):
+    """Moment of inertia [kg m2] about the end of an arm across it."""
+    return inertia + mass * dot(arm, arm)
+
+
 @uncounted
 def inertia_about(particles, i, arm):
     """Least moment of inertia [kg m2] of particle i about an axis across the arm at its end; held ones have it too."""
     inertia = particles.inertia
     least = min(inertia[0, i], min(inertia[1, i], inertia[2, i]))
-    return least + particles.mass[i] * dot(arm, arm)
+    return about_end(particles.mass[i], least, arm)
 
 
 @inner

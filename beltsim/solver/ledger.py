@@ -189,10 +189,7 @@ def note_first_half(ledger, particles, parts, spins, slides, given, amplitudes, 
                 v = at(particles.velocity, i)
                 before = plus(v, -time_step * mobility[0, i] / mass[i], at(particles.force, i))
                 ledger.total[GLOBAL_DAMPING] += half * mass[i] * drag * dot(sub(before, wind), v)
-        note_holding(ledger, particles, half)
-        note_given(ledger, particles, given, amplitudes, time, half)
-        note_prescribed(ledger, parts, spins, slides, half)
-        note_pivots(ledger, particles, environment.pivots, half)
+        note_works(ledger, particles, parts, spins, slides, given, amplitudes, environment, time, half)
 
 
 @inner
@@ -207,10 +204,16 @@ def note_second_half(
             for i in range(mass.size):
                 v = at(particles.velocity, i)
                 ledger.total[GLOBAL_DAMPING] += half * mass[i] * drag * dot(sub(v, wind), v)
-        note_holding(ledger, particles, half)
-        note_given(ledger, particles, given, amplitudes, time, half)
-        note_prescribed(ledger, parts, spins, slides, half)
-        note_pivots(ledger, particles, environment.pivots, half)
+        note_works(ledger, particles, parts, spins, slides, given, amplitudes, environment, time, half)
+
+
+@inner
+def note_works(ledger, particles, parts, spins, slides, given, amplitudes, environment, time, duration):
+    """Work of drives and *FORCE loads at the present loads and velocities over a duration [s]."""
+    note_holding(ledger, particles, duration)
+    note_given(ledger, particles, given, amplitudes, time, duration)
+    note_prescribed(ledger, parts, spins, slides, duration)
+    note_pivots(ledger, particles, environment.pivots, duration)
 
 
 @inner

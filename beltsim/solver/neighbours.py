@@ -96,22 +96,22 @@ def empty_contacts(start: Array, first: Array, second: Array, *, rolls=True, sum
     )
 
 
+def owners_of(start: Array) -> Array:
+    """Row (pairs,) int32 that each pair of a list stands in, from the rows' start (rows + 1,)."""
+    return np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
+
+
 @kernel
-def sort_loads(particles, first, second, both):
-    """Which pairs load each particle (`state.Loads`); `both` is False where the second is a part."""
+def sort_loads(particles, first):
+    """Which pairs load each particle (`state.Loads`)."""
     start = np.zeros(particles + 1, np.int64)
     for k in range(first.size):
         start[first[k] + 1] += 1
-        if both:
-            start[second[k] + 1] += 1
     for i in range(particles):
         start[i + 1] += start[i]
     entry = np.empty(start[particles], np.int64)
     free = start[:-1].copy()
     for k in range(first.size):
-        entry[free[first[k]]] = 2 * k
+        entry[free[first[k]]] = k
         free[first[k]] += 1
-        if both:
-            entry[free[second[k]]] = 2 * k + 1
-            free[second[k]] += 1
     return Loads(start, entry)

@@ -15,16 +15,14 @@ import math
 import numpy as np
 
 from beltsim.solver.belt_surface import inherit, leads, load_surfaces
-from beltsim.solver.contacts import NONE, forget, law_of, note_point, point_loads, surface
+from beltsim.solver.contacts import NONE, about_end, forget, law_of, note_point, point_loads, surface
 from beltsim.solver.jit import callee, inner, vector_kernel
 from beltsim.solver.shapes import box_gap, sphere_box
-from beltsim.solver.vectors import add, cross, dot, of, of4, rows3, rows4, scaled, sub
+from beltsim.solver.tiles import LANES, columns_for, three
+from beltsim.solver.vectors import add, cross, of, of4, rows3, rows4, scaled, sub
 
 CHUNK = 1024
 """Particles whose pairs are done at a time; fixed, so that results depend on no count of threads."""
-
-LANES = 8
-"""Doubles of the widest vectors: the law runs over whole vectors, what lies beyond the last contact is not used."""
 
 # Rows of the scratch space that holds the pairs that carry side by side: state, history and, from LOADS on, loads.
 APART = 0  # from the box's centre to the sphere's, m
@@ -99,12 +97,6 @@ def gather(particles, shapes, contacts, carriers, count, tile):
         tile[STIFFNESS, n] = contacts.stiffness[k]
 
 
-@inner
-def inertia_about(mass, inertia, arm):
-    """Moment of inertia [kg m2] about the end of an arm across it."""
-    return inertia + mass * dot(arm, arm)
-
-
 @vector_kernel
 def load_spheres(
     apart, velocity, spin_1, spin_2, orientation, core, radii, masses, inertias, spring, rolling, stiffness, loads,
@@ -122,8 +114,8 @@ def load_spheres(
         arms, spins = (arm, add(d, arm)), (of(spin_1, n), of(spin_2, n))
         relative = sub(surface(of(velocity, n), spins[0], arms[0]), cross(spins[1], arms[1]))
         inverse = 1.0 / masses[0][n] + 1.0 / masses[1][n]
-        turning = 1.0 / inertia_about(masses[0][n], inertias[0][n], arms[0])
-        turning += 1.0 / inertia_about(masses[1][n], inertias[1][n], arms[1])
+        turning = 1.0 / about_end(masses[0][n], inertias[0][n], arms[0])
+        turning += 1.0 / about_end(masses[1][n], inertias[1][n], arms[1])
         history = (of(spring, n), stiffness[n], of(rolling, n))
         law = law_of(laws, material[pairs[0][k]], material[pairs[1][k]])
         # A box is a flat face for the sphere's radius.
@@ -167,12 +159,6 @@ def scatter(tile, count, carriers, contacts):
 
 
 @inner
-def three(tile, row):
-    """Three rows of the scratch space."""
-    return tile[row], tile[row + 1], tile[row + 2]
-
-
-@inner
 def sphere_box_chunk(particles, shapes, laws, contacts, time_step, begin, end):
     """Contacts of the pairs begin to end, all those of some spheres; writes to nothing else."""
     first, second = contacts.first.view(np.uint32), contacts.second.view(np.uint32)
@@ -187,10 +173,10 @@ def sphere_box_chunk(particles, shapes, laws, contacts, time_step, begin, end):
         shapes.radius,
         contacts.overlap,
     )
-    carriers = np.zeros(end - begin + LANES, np.uint32)
+    carriers = np.zeros(end - begin + LANES, np.uint32)  # `columns_for` as many as there can be
     count = find_carriers(contacts, begin, end, carriers)
     count = load_surfaces(particles, shapes, laws, contacts, carriers, count, time_step)
-    whole = count if contacts.book is not None else (count + LANES - 1) // LANES * LANES
+    whole = columns_for(count, contacts.book)
     tile = np.zeros((ROWS, whole))
     gather(particles, shapes, contacts, carriers, count, tile)
     load_spheres(

@@ -16,19 +16,15 @@ import numpy as np
 from numba import prange, types
 from numba.extending import overload
 
-from beltsim.solver.contacts import law_of, note_point, point_loads, surface
+from beltsim.solver.contacts import NONE, law_of, note_point, point_loads, surface
 from beltsim.solver.jit import INLINE, callee, inner, only_with, parallel_kernel, vector_kernel
 from beltsim.solver.ledger import note_end
+from beltsim.solver.shapes import sphere_sphere
+from beltsim.solver.tiles import columns_for, three
 from beltsim.solver.vectors import cross, norm, of, rows3, scaled, sub
 
 PAIRS = 128
-"""Pairs at a time: 32 rows of state and loads are 32 kB."""
-
-LANES = 8
-"""Doubles of the widest vectors: the law runs over whole vectors, what lies beyond the last contact is not used."""
-
-TINY = 1e-300
-
+"""Pairs at a time: 33 rows of state and loads are 33 kB."""
 
 # Rows of the scratch space that holds some touching pairs side by side: state, history and, from LOADS on, loads.
 APART = 0  # from the second centre to the first, m
@@ -42,12 +38,6 @@ STIFFNESS = 22  # as Contacts.stiffness
 INERTIA = 23  # reduced moment of inertia about the contact, kg m2
 LOADS = 24  # as Contacts.loads
 ROWS = 33
-
-
-@inner
-def three(tile, row):
-    """Three rows of the scratch space."""
-    return tile[row], tile[row + 1], tile[row + 2]
 
 
 @vector_kernel
@@ -160,11 +150,8 @@ def touching_loads(
     book : energy book of the list (see `ledger`), or None
     """
     for n in range(count):
-        d, radius_1, radius_2 = of(apart, n), radii[0][n], radii[1][n]
-        distance = norm(d)
-        scale = 1.0 / distance if distance > TINY else 0.0
-        normal = (d[0] * scale, d[1] * scale, d[2] * scale if distance > TINY else 1.0)
-        gap = radius_1 + radius_2 - distance
+        radius_1, radius_2 = radii[0][n], radii[1][n]
+        gap, normal = sphere_sphere(of(apart, n), radius_1, NONE, radius_2)
         overlap = max(gap, 0.0)
         # The point halfway into the overlap, so that both arms add up to the distance of the centres.
         arms = (scaled(normal, 0.5 * overlap - radius_1), scaled(normal, radius_2 - 0.5 * overlap))
@@ -245,7 +232,7 @@ def sphere_chunk(particles, shapes, laws, law, contacts, crossings, chunk, time_
         forget_parted(overlaps, stiffnesses, base, count)
         gather(particles, radius, contacts, pairs, touching, found, tile)
         gather_rolling(particles, radius, contacts.rolling, pairs, touching, found, tile)
-        whole = found if book is not None else (found + LANES - 1) // LANES * LANES
+        whole = columns_for(found, book)
         touching_loads(
             three(tile, APART), three(tile, VELOCITY), three(tile, SPIN_1), three(tile, SPIN_2),
             (tile[RADIUS_1], tile[RADIUS_2]), (tile[MASSES], tile[MASSES + 1]), tile[INERTIA],

@@ -204,7 +204,7 @@ class Feelers(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """Which pair loads each particle sums: entry 2 k is side one of pair k, 2 k + 1 side two."""
+    """Which pairs with parts load each particle."""
 
     start: Array  # (n + 1,) int64
-    entry: Array  # (2 p,) int64
+    entry: Array  # (p,) int64

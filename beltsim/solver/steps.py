@@ -33,7 +33,6 @@ from beltsim.solver.vectors import (
     add,
     at,
     put,
-    sub,
 )
 from beltsim.solver.wall_contacts import sum_point_loads, sum_wall_loads, wall_pass, wall_point_pass
 
@@ -79,7 +78,7 @@ class GivenLoads(NamedTuple):
 
 @kernel
 def sum_loads(particles, loads, index):
-    """Add the loads of one list of pairs to its particles, each particle in a fixed order."""
+    """Add the loads of one list of pairs with parts to its particles, each particle in a fixed order."""
     force, torque = particles.force, particles.torque
     start, entry = index.start, index.entry
     for i in range(start.size - 1):
@@ -87,13 +86,9 @@ def sum_loads(particles, loads, index):
             continue
         f, t = at(force, i), at(torque, i)
         for n in range(start[i], start[i + 1]):
-            k = entry[n] >> 1
-            if entry[n] & 1 == 0:
-                f = add(f, (loads[0, k], loads[1, k], loads[2, k]))
-                t = add(t, (loads[3, k], loads[4, k], loads[5, k]))
-            else:
-                f = sub(f, (loads[0, k], loads[1, k], loads[2, k]))
-                t = add(t, (loads[6, k], loads[7, k], loads[8, k]))
+            k = entry[n]
+            f = add(f, (loads[0, k], loads[1, k], loads[2, k]))
+            t = add(t, (loads[3, k], loads[4, k], loads[5, k]))
         put(force, i, f)
         put(torque, i, t)
 
@@ -116,7 +111,7 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
     Groups that the scene lacks are None: numba compiles their branch away. See `advance` for the parameters.
     """
     weigh(particles, environment.gravity, environment.drag, environment.wind, environment.team)
-    follow_rods(particles, parts, lists[7])
+    follow_rods(particles, parts, lists.rods)
     for p in range(parts.force.shape[1]):
         put(parts.force, p, (0.0, 0.0, 0.0))
         put(parts.torque, p, (0.0, 0.0, 0.0))
@@ -124,8 +119,11 @@ def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, g
     if belt is not None:
         bonds, runs, kinds = belt
         bond_pass(particles, bonds, runs, kinds, strength, clock.step, clock.time_step, environment.team)
-    find_contact_forces(particles, shapes, laws, *lists, parts, drives[1], clock.time_step, environment.team)
-    load_rods(particles, parts, lists[7])
+    find_contact_forces(
+        particles, shapes, laws, lists.spheres, lists.boxes, lists.sphere_parts, lists.box_parts, lists.walls,
+        lists.points, lists.box_boxes, lists.rods, parts, drives[1], clock.time_step, environment.team,
+    )  # fmt: skip
+    load_rods(particles, parts, lists.rods)
     time = clock.start + clock.step * clock.time_step
     if given is not None:
         add_given_loads(particles, given, drives[2], time)
