@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltsim.solver.jit import kernel
+from beltsim.solver.jit import kernel, maker
 from beltsim.solver.stretches import first_from, place_of, sort_stretch, starts_of, with_room
 
 
@@ -12,7 +12,7 @@ def sorted_stretch(value, partner, begin, end):
     sort_stretch(value, partner, begin, end)
 
 
-@kernel
+@maker
 def grown(values, wanted):
     return with_room(values, wanted)
 

@@ -12,7 +12,8 @@ import pytest
 
 from beltsim.solver import bond_tiles, integration, sphere_contacts
 from beltsim.solver.contact import HertzPair
-from beltsim.solver.jit import Callee, NoAlias, compiled
+from beltsim.solver.jit import callee, compiled, inner_maker, kernel, maker, vector_kernel
+from beltsim.solver.scratch import clear, scratch_row, scratch_rows
 from beltsim.solver.state import Laws
 
 FEATURES = llvmlite.binding.get_host_cpu_features()
@@ -76,10 +77,9 @@ LOOPS = {
 
 
 def assembly(loop, arguments):
-    """Machine code of a loop for arguments of these types, compiled anew: what comes from the cache shows none."""
-    options = {"pipeline_class": NoAlias, "no_cpython_wrapper": True}
-    dispatcher = compiled(loop.compiled.py_func, cache=False, **options)
-    dispatcher.compile(tuple(map(numba.typeof, arguments)))
+    """Machine code of a kernel that is nothing but a call of the loop with arguments of these types."""
+    dispatcher = compiled(lambda *given: loop(*given), cache=False, no_cpython_wrapper=True)
+    dispatcher.compile((numba.types.StarArgTuple.from_types(tuple(map(numba.typeof, arguments))),))
     return next(iter(dispatcher.inspect_asm().values()))
 
 
@@ -98,9 +98,48 @@ def test_hot_loops_are_vectorised(name):
 
 
 def test_a_loop_that_cannot_be_vectorised_is_told_from_one_that_can():
+    @vector_kernel
     def running_product(values, sums):
         for n in range(values.size - 1):
             sums[n + 1] = sums[n] * values[n] + 1.0
 
-    packed, scalar = operations(assembly(Callee(running_product, cache=False), (np.zeros(8), np.zeros(8))))
+    packed, scalar = operations(assembly(running_product, (np.zeros(8), np.zeros(8))))
     assert packed < 0.7 * scalar
+
+
+def test_borrowed_arrays_are_not_given_back():
+    """What counts no references lends views: who counts may not take them, and who does not may not take new ones."""
+
+    @callee
+    def first_half(values):
+        return values[: values.size // 2], values.size
+
+    @maker
+    def owner(values):
+        return first_half(values)[0].copy()
+
+    @inner_maker
+    def fresh(count):
+        return np.zeros(count)
+
+    @kernel
+    def spender(values):
+        return fresh(values.size).size
+
+    for function in (owner, spender):
+        with pytest.raises(TypeError, match="one counts references and one does not"):
+            function(np.zeros(4))
+
+
+def test_scratch_space_is_aligned_and_zero_where_asked():
+    @kernel
+    def probe(found):
+        tile, numbers = scratch_rows(3, 5), scratch_row(7, np.int64)
+        clear(tile, numbers)
+        found[0], found[1] = tile.ctypes.data % 64, numbers.ctypes.data % 64
+        tile[2, 4], numbers[6] = 1.0, 1
+        return tile.sum() + numbers.sum()
+
+    found = np.full(2, -1)
+    assert probe(found) == 2.0
+    assert not found.any()

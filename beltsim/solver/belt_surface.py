@@ -19,8 +19,9 @@ import math
 import numpy as np
 
 from beltsim.solver.contacts import NONE, inertia_about, law_of, note_point, point_loads, put_loads, surface
-from beltsim.solver.jit import callee, inner, uncounted
+from beltsim.solver.jit import callee, inner
 from beltsim.solver.ledger import hand_on
+from beltsim.solver.scratch import scratch_row, scratch_rows
 from beltsim.solver.shapes import sphere_box
 from beltsim.solver.vectors import add, at, at4, cross, dot, norm, plus, put, scaled, sub
 
@@ -42,7 +43,7 @@ def beats(overlaps, other, k):
     return overlaps[other] > overlaps[k] or (overlaps[other] == overlaps[k] and other < k)
 
 
-@uncounted
+@inner
 def leads(contacts, k):
     """Whether pair k touches and no box within two bonds of its own overlaps more."""
     overlaps, beside = contacts.overlap, contacts.beside
@@ -60,7 +61,7 @@ def leads(contacts, k):
     return True
 
 
-@uncounted
+@inner
 def inherit(contacts, k):
     """Hand the history of a pair within two bonds that leads no more on to pair k, which begins to lead."""
     for n in range(4):
@@ -92,7 +93,7 @@ def load_surfaces(particles, shapes, laws, contacts, leaders, count, time_step):
 
     `leaders` (count,) are pairs; all others have no loads yet.
     """
-    members, tile = np.empty(MOST, np.int64), np.empty((ROWS, MOST))
+    members, tile = scratch_row(MOST, np.int64), scratch_rows(ROWS, MOST)
     for n in range(count):
         put_loads(contacts.loads, leaders[n], NONE, NONE, NONE)
     alone = 0
@@ -109,7 +110,7 @@ def load_surfaces(particles, shapes, laws, contacts, leaders, count, time_step):
     return alone
 
 
-@uncounted
+@inner
 def find_members(contacts, k, members):
     """Pairs that share the load that pair k leads, itself the first; returns how many."""
     members[0], count = k, 1

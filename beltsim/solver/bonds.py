@@ -19,11 +19,13 @@ from numba import prange
 
 from beltsim.solver.bond import bond_rates
 from beltsim.solver.bond_tiles import TILE, add_tile, bond_tile, elastic_loads, kind_of
-from beltsim.solver.jit import callee, inner, kernel, parallel_kernel
+from beltsim.solver.jit import callee, inner, maker, parallel_kernel, pass_kernel
 from beltsim.solver.ledger import BOND_BREAKAGE
+from beltsim.solver.scratch import scratch_row, scratch_rows
 from beltsim.solver.vectors import at, at4, dot, norm, rows3, rows4, sub
 
 PADDED = TILE + 40
+BOTH = 2 * PADDED
 """Columns of scratch arrays: rows five cache lines off a power of two do not fight for the same places in the cache."""
 
 
@@ -97,7 +99,7 @@ def scattered_piece(r, particles, bonds, runs, kinds, limits, over, loads, half)
     """Add the loads of the scattered bonds of piece r; returns the counts of `bond_tile`."""
     base, count = runs.base[r], runs.count[r]
     numbers = runs.bond[base : base + count]
-    scratch = np.empty((13, 2 * PADDED))
+    scratch = scratch_rows(13, BOTH)
     gather(particles, bonds, numbers, scratch)
     counts = bond_tile(
         np.uint64(0),
@@ -126,9 +128,9 @@ def add_bonds(start, stop, particles, bonds, runs, kinds, strength, step, time_s
     position, velocity = rows3(particles.position), rows3(particles.velocity)
     orientation, spin = rows4(particles.orientation), rows3(particles.angular_velocity)
     force, torque = rows3(particles.force), rows3(particles.torque)
-    loads = np.empty((9, PADDED))
+    loads = scratch_rows(9, PADDED)
     out = (loads[0], loads[1], loads[2], loads[3], loads[4], loads[5], loads[6], loads[7], loads[8])
-    over = None if strength is None else np.empty(TILE, np.int8)
+    over = None if strength is None else scratch_row(TILE, np.int8)
     half, wound = 0.5 * time_step, 0
     for r in range(start, stop):
         t, base, count = runs.kind[r], runs.base[r], runs.count[r]
@@ -178,7 +180,7 @@ def in_turn(n, chunks):
     return min(n + 1, chunks - 1)
 
 
-@callee
+@pass_kernel
 def bond_pass(particles, bonds, runs, kinds, strength, step, time_step=0.0, team=None):
     """Add the elastic and viscous loads of all intact bonds to their particles.
 
@@ -196,7 +198,7 @@ def bond_pass(particles, bonds, runs, kinds, strength, step, time_step=0.0, team
     bonds.wound[0] = wound
 
 
-@kernel
+@maker
 def bond_measures(particles, bonds, kinds):
     """Loads and strains of all bonds for output, zero for broken ones.
 

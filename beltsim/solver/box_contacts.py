@@ -16,7 +16,7 @@ import numpy as np
 from beltsim.solver.box_box import box_box, face_area, thinnest
 from beltsim.solver.contact import face_law
 from beltsim.solver.contacts import NONE, forget, law_of, put_loads, reduced_mass, surface, touch
-from beltsim.solver.jit import callee, inner, kernel
+from beltsim.solver.jit import inner, maker, pass_kernel
 from beltsim.solver.ledger import note_normal
 from beltsim.solver.shapes import sphere_box
 from beltsim.solver.vectors import add, at, at4, cross, dot, norm, plus, scaled, sub
@@ -39,7 +39,7 @@ def half_thickness(core, edge_radius):
     return core[thinnest(core)] + edge_radius
 
 
-@callee
+@pass_kernel
 def box_box_pass(particles, shapes, laws, contacts, time_step):
     """Contacts between rounded boxes."""
     first, second, radius = contacts.first, contacts.second, shapes.radius
@@ -99,7 +99,7 @@ def total(modulus, elastic, resistance, viscous):
     )
 
 
-@kernel
+@maker
 def box_energies(particles, shapes, laws, first, second):
     """Elastic energy [J] of pairs of boxes, (pairs,); above 0 just where they touch or overlap."""
     energies = np.zeros(first.size)
@@ -117,7 +117,7 @@ def box_energies(particles, shapes, laws, first, second):
     return energies
 
 
-@kernel
+@maker
 def pairs_overlap(particles, shapes, first, second):
     """Which pairs of boxes and spheres touch or overlap, (pairs,) bool."""
     overlap = np.zeros(first.size, np.bool_)

@@ -11,8 +11,9 @@ import numpy as np
 from beltsim.solver.box_cylinder import TINY, box_cylinder, with_flats
 from beltsim.solver.contact import damped_normal, friction_force, line_law
 from beltsim.solver.contacts import forget, law_of, put_loads, surface
-from beltsim.solver.jit import callee, inner, vector_kernel
+from beltsim.solver.jit import callee, inner, pass_kernel, vector_kernel
 from beltsim.solver.ledger import note_friction, note_normal, stored
+from beltsim.solver.scratch import scratch_row, scratch_rows
 from beltsim.solver.vectors import (
     across,
     add,
@@ -144,7 +145,7 @@ def thirteen(a):
     return a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9], a[10], a[11], a[12]
 
 
-@inner
+@callee
 def box_cylinder_chunk(particles, shapes, laws, contacts, parts, time_step, begin, end):
     """Line contacts of the pairs begin to end, `CHUNK` at most; writes to nothing else."""
     first, second = contacts.first.view(np.uint32), contacts.second.view(np.uint32)
@@ -153,7 +154,7 @@ def box_cylinder_chunk(particles, shapes, laws, contacts, parts, time_step, begi
     boxes = (position, rows4(particles.orientation), rows3(shapes.core), shapes.radius)
     rollers = (middle, rows4(parts.orientation), parts.radius, parts.half_length)
     bound_overlaps(first, second, np.uint64(begin), end - begin, boxes, rollers, overlaps)
-    near, count = np.empty(CHUNK, np.uint32), 0
+    near, count = scratch_row(CHUNK, np.uint32), 0
     for k in range(begin, end):
         if overlaps[k] > 0.0:
             near[count] = k
@@ -162,7 +163,7 @@ def box_cylinder_chunk(particles, shapes, laws, contacts, parts, time_step, begi
             forget(contacts, k)
     if count == 0:
         return
-    lines, tile = np.empty((TILE_ROWS, CHUNK)), np.empty((TILE_ROWS, CHUNK))
+    lines, tile = scratch_rows(TILE_ROWS, CHUNK), scratch_rows(TILE_ROWS, CHUNK)
     find_lines(near, count, first, second, boxes, rollers, thirteen(lines))
     load_lines(
         near,
@@ -197,7 +198,7 @@ def box_cylinder_chunk(particles, shapes, laws, contacts, parts, time_step, begi
                 forget(contacts, k)
 
 
-@callee
+@pass_kernel
 def box_cylinder_pass(particles, shapes, laws, contacts, parts, time_step):
     """Line contacts of rounded boxes with cylinders."""
     pairs = contacts.first.size

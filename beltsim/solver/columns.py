@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import inner, inner_maker, maker
 from beltsim.solver.stretches import sort_stretch, starts_of
 
 Array = np.ndarray
@@ -69,7 +69,7 @@ def column_of(columns, key):
     return columns.bucket[find_bucket(columns.bucket, columns.key, key)] - 1
 
 
-@inner
+@inner_maker
 def number_columns(position, chosen, cell, bucket):
     """Column of each chosen particle (n,), and the key of each column, in order of appearance."""
     keys = np.empty(chosen.size, np.int64)
@@ -88,7 +88,7 @@ def number_columns(position, chosen, cell, bucket):
     return column, keys[:found].copy()
 
 
-@kernel
+@maker
 def columns_of(position, bounding, chosen, cell):
     """Columns of edge `cell` [m], in order of appearance, of the particles `chosen` (int32) at `position` (3, n)."""
     buckets = 16

@@ -20,7 +20,7 @@ from beltsim.solver.contact import (
     point_law,
     rolling_moment,
 )
-from beltsim.solver.jit import INLINE, callee, inner, parallel_kernel, uncounted
+from beltsim.solver.jit import INLINE, callee, inner, parallel_kernel, pass_kernel
 from beltsim.solver.ledger import note_end, note_friction, note_normal, note_rolling, stored
 from beltsim.solver.shapes import (
     sphere_cylinder,
@@ -63,7 +63,7 @@ def add_loads(particles, contacts, both):
                     torque[row, j] += loads[6 + row, k]
 
 
-@uncounted
+@inner
 def hertz_pair(laws, a, b):
     """Hertz-Mindlin parameters of the materials a and b."""
     return HertzPair(
@@ -76,7 +76,7 @@ def hertz_pair(laws, a, b):
     )
 
 
-@uncounted
+@inner
 def linear_pair(laws, a, b):
     """Spring-dashpot parameters of the materials a and b."""
     return LinearPair(
@@ -101,7 +101,7 @@ def _law_of(laws, a, b):  # noqa: ARG001 - types, not values
     return lambda laws, a, b: hertz_pair(laws, a, b)
 
 
-@uncounted
+@inner
 def forget(contacts, k):
     """Pair k does not touch: no loads, no history."""
     contacts.stiffness[k] = 0.0
@@ -182,7 +182,7 @@ def note_point(book, k, law, overlap, radius, normal, relative, spin, old, new, 
         note_rolling(book, k, normal, spin, time_step, moment, new[2], 2.25 * stiffness * arm * arm)
 
 
-@uncounted
+@inner
 def point_contact(contacts, k, overlap, normal, radius, mass, inertia, law, relative, spins, arms, time_step):
     """Loads and history of a touching pair k of rounded surfaces; see `point_loads`."""
     history = (at(contacts.spring, k), contacts.stiffness[k], at(contacts.rolling, k))
@@ -199,7 +199,7 @@ def point_contact(contacts, k, overlap, normal, radius, mass, inertia, law, rela
     )
 
 
-@uncounted
+@inner
 def touch(contacts, k, force, normal, shear_stiffness, damping, mass, bound, relative, time_step):
     """Add friction to the normal force of pair k and remember its spring."""
     spring, old = at(contacts.spring, k), contacts.stiffness[k]
@@ -227,7 +227,7 @@ def about_end(mass, inertia, arm):
     return inertia + mass * dot(arm, arm)
 
 
-@uncounted
+@inner
 def inertia_about(particles, i, arm):
     """Least moment of inertia [kg m2] of particle i about an axis across the arm at its end; held ones have it too."""
     inertia = particles.inertia
@@ -307,7 +307,7 @@ def share_sphere_parts(particles, shapes, laws, contacts, parts, rods, time_step
         sphere_part_chunk(particles, shapes, laws, contacts, parts, rods, time_step, np.int64(chunk))
 
 
-@callee
+@pass_kernel
 def sphere_part_pass(particles, shapes, laws, contacts, parts, rods, time_step, team):
     """Contacts of spheres with cylinders and planes (parts of infinite radius). `team`: threads, None for one."""
     if team is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.solver.jit import kernel
+from beltsim.solver.jit import maker
 from beltsim.solver.state import Array, Crossings
 
 CHUNK = 2048
@@ -30,7 +30,7 @@ def crossings_of(start: Array, second: Array) -> Crossings:
     return Crossings(bounds, column, np.zeros((6, incoming.size)), incoming_start, incoming, loaded)
 
 
-@kernel
+@maker
 def share_out(start, second, bounds):
     """Columns of the crossing pairs, and the same columns sorted by the particle that they load."""
     column = np.full(second.size, -1, np.int32)

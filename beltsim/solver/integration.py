@@ -197,7 +197,7 @@ def drift_chunks(particles, listed, time_step, reach, cap):
     counts = np.zeros((3, chunks), np.int64)
     for c in prange(chunks):
         counts[0, c], counts[1, c], counts[2, c] = drift_chunk(c, particles, listed, time_step, reach, cap)
-    return counts
+    return counts[0].sum(), counts[1].sum(), counts[2].sum()
 
 
 @callee
@@ -209,8 +209,7 @@ def drift_all(particles, listed, time_step, reach, cap, team):
             counts = drift_chunk(c, particles, listed, time_step, reach, cap)
             far, fast, lost = far + counts[0], fast + counts[1], lost + counts[2]
     else:
-        counts = drift_chunks(particles, listed, time_step, reach, cap)
-        far, fast, lost = counts[0].sum(), counts[1].sum(), counts[2].sum()
+        far, fast, lost = drift_chunks(particles, listed, time_step, reach, cap)
     return far, fast, lost
 
 

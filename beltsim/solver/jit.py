@@ -1,4 +1,10 @@
-"""How the kernels are compiled: one decorator for each role."""
+"""How the kernels are compiled: one decorator for each role.
+
+What steps call takes arrays and makes none, so numba counts no references to them. It else counts each array that is
+taken from a tuple up and down, atomically: the search for walls that carry spheres took 500 ns with it and 65 ns
+without, and a quarter of all compile time went there. Views are borrowed like the arrays that they show; scratch space
+is on the stack (`scratch.py`).
+"""
 
 from __future__ import annotations
 
@@ -7,19 +13,21 @@ import functools
 import numba
 import numba.extending
 from llvmlite import ir
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.types import Dispatcher, void
 
 from beltsim.solver.cache import Store, cache_folder
+from beltsim.solver.compiling import Checked, Inlined, NoAlias
 
 __all__ = [
     "align_stack",
     "callee",
     "inner",
+    "inner_maker",
     "kernel",
+    "maker",
     "only_with",
     "parallel_kernel",
-    "uncounted",
+    "pass_kernel",
     "vector_kernel",
 ]
 
@@ -29,19 +37,6 @@ RELAXED = {"contract", "nsz"}
 
 STORE = Store(cache_folder())
 numba.config.CACHE_DIR = str(STORE.folder)
-
-
-class NoAlias(CompilerBase):
-    """numba's usual compiler, with the promise that array arguments do not overlap.
-
-    Without it LLVM gives up on checking some thirty arrays at run time and the loop stays scalar (7 ns against 50 ns a
-    bond). The caller must really pass disjoint arrays; reading the same array at two places is fine.
-    """
-
-    def define_pipelines(self):
-        """The default pipeline with noalias set."""
-        self.state.flags.noalias = True
-        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
 
 
 @numba.extending.intrinsic
@@ -66,14 +61,16 @@ FORMULAS = {
     "error_model": "numpy",  # division by zero gives inf instead of a branch and an exception in every formula
     "fastmath": RELAXED,
     "no_cfunc_wrapper": True,  # nobody takes a C pointer; it took 6 % of the compile time
+    "forceinline": False,  # if not said, numba takes it from the caller that happens to be compiled
+    "_nrt": False,
 }
 INLINE = FORMULAS | {"forceinline": True, "no_cpython_wrapper": True}
 """Options of `inner`, for functions that numba picks by type (numba.extending.overload)."""
 
 
-def compiled(function, *, cache: bool, **options):
+def compiled(function, *, cache: bool, pipeline_class=Checked, **options):
     """numba's compiler of a function; what goes to the cache is saved there under a lock."""
-    dispatcher = numba.njit(function, cache=cache, **(FORMULAS | options))
+    dispatcher = numba.njit(function, cache=cache, pipeline_class=pipeline_class, **(FORMULAS | options))
     if cache:
         STORE.guard(dispatcher)
     return dispatcher
@@ -103,27 +100,29 @@ class Callee:
         return self.entry(*arguments)
 
 
-inner = functools.partial(Callee, cache=False, forceinline=True)
+inner = functools.partial(Callee, cache=False, forceinline=True, pipeline_class=Inlined)
 """What kernels call: always inlined, since one call that is left keeps a loop from being vectorised."""
 
-uncounted = functools.partial(Callee, cache=False, forceinline=True, _nrt=False)
-"""`inner` for what takes NamedTuples within loops: numba counts no references to the arrays in them.
+callee = functools.partial(Callee, cache=False, pipeline_class=Inlined)
+"""What kernels call and LLVM inlines where that pays."""
 
-Each array taken from a tuple is else counted up and down, atomically (the search for walls that carry spheres: 500 ns
-with, 65 ns without). What is not counted may neither make arrays nor return them, not even in a tuple.
-"""
-
-callee = functools.partial(Callee, cache=True)
-"""What kernels call and is not inlined, as most passes."""
-
-parallel_kernel = functools.partial(Callee, cache=True, parallel=True)
-"""Loops over chunks for several threads, with the body of the serial loop."""
-
-vector_kernel = functools.partial(Callee, cache=True, pipeline_class=NoAlias)
+vector_kernel = functools.partial(Callee, cache=False, pipeline_class=NoAlias)
 """Loops that must be vectorised: arguments do not overlap, indices are unsigned, no call of the maths library."""
 
+pass_kernel = functools.partial(Callee, cache=True)
+"""Passes of several kinds of scenes: kept in the cache, so that another kind compiles only what it has more."""
+
 kernel = functools.partial(compiled, cache=True)
-"""Whatever Python calls, and passes; only kernels and callees go to the cache."""
+"""What Python calls: kept in the cache. It returns numbers, no arrays."""
+
+maker = functools.partial(compiled, cache=True, _nrt=True)
+"""What Python calls and makes arrays: references are counted. Whatever lends views is not to be called here."""
+
+inner_maker = functools.partial(Callee, cache=False, forceinline=True, pipeline_class=Inlined, _nrt=True)
+"""`inner` for what makes arrays."""
+
+parallel_kernel = functools.partial(Callee, cache=True, parallel=True, _nrt=True)
+"""Loops over chunks for several threads, with the body of the serial loop."""
 
 
 def only_with(group, value):

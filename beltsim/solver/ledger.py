@@ -21,6 +21,7 @@ from beltsim.solver.vectors import (
     dot,
     norm,
     plus,
+    put,
     rotate,
     scaled,
     sub,
@@ -264,8 +265,9 @@ def note_prescribed(ledger, parts, spins, slides, duration):
 def note_before_push(ledger, parts):
     """Keep the velocities of parts before they are pushed."""
     if ledger is not None:
-        ledger.spin[:] = parts.angular_velocity
-        ledger.velocity[:] = parts.velocity
+        for p in range(parts.radius.size):
+            put(ledger.spin, p, at(parts.angular_velocity, p))
+            put(ledger.velocity, p, at(parts.velocity, p))
 
 
 @inner

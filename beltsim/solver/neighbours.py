@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.solver.jit import inner, kernel, uncounted
+from beltsim.solver.jit import inner, kernel, maker
 from beltsim.solver.ledger import carry_book
 from beltsim.solver.state import Array, Contacts, Loads
 from beltsim.solver.stretches import place_of
@@ -45,7 +45,7 @@ def carry_history(new, old, new_key, old_key, row_origin, key_origin, half):
                     copy_history(new, old, k, before, sign)
 
 
-@uncounted
+@inner
 def copy_history(new, old, k, before, sign):
     """Copy the history of the old pair `before` to the new pair k, with a sign."""
     new.stiffness[k] = old.stiffness[before]
@@ -93,6 +93,7 @@ def empty_contacts(start: Array, first: Array, second: Array, *, rolls=True, sum
         loads=np.zeros((9, pairs)) if summed else None,
         overlap=np.full(pairs, -1.0),
         beside=np.full((4, pairs), -1, np.int32) if summed else None,
+        carriers=np.zeros(pairs, np.uint32) if summed else None,
     )
 
 
@@ -101,7 +102,7 @@ def owners_of(start: Array) -> Array:
     return np.repeat(np.arange(start.size - 1, dtype=np.int32), np.diff(start))
 
 
-@kernel
+@maker
 def sort_loads(particles, first):
     """Which pairs load each particle (`state.Loads`)."""
     start = np.zeros(particles + 1, np.int64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from beltsim.solver.columns import ROW, cell_of, column_of, columns_of
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import inner, inner_maker, maker
 from beltsim.solver.state import Array, Parts, Shapes
 from beltsim.solver.stretches import first_from, sort_stretch, with_room
 from beltsim.solver.vectors import add, at, at4, axis_z, dot, norm, plus, sub
@@ -29,7 +29,7 @@ def part_pairs(
     return near_parts(columns, shapes, parts, part_group, skin, planes)
 
 
-@kernel
+@maker
 def near_parts(columns, shapes, parts, part_group, skin, planes):
     """Pairs of all members of some columns with parts, as `part_pairs` returns them."""
     count = parts.radius.size
@@ -62,7 +62,7 @@ def box_around(parts, p, margin):
     return sub(centre, size), add(centre, size)
 
 
-@inner
+@inner_maker
 def columns_in(columns, box):
     """Numbers of the columns that a box reaches; of all if it covers more cells than there are columns."""
     low, high = box

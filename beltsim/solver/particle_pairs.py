@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from beltsim.solver.columns import ROW, column_of, columns_of
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import inner, kernel, maker
 from beltsim.solver.state import Array, Shapes
 from beltsim.solver.stretches import sort_stretch, starts_of
 
@@ -161,7 +161,7 @@ def is_among(start, member, i, j):
     return found
 
 
-@kernel
+@maker
 def rows_of(pairs, total, count, half):
     """Start (count + 1,) and second (total,) of pairs in any order; if `half` the lower particle owns a pair."""
     first, second = pairs[0, :total], pairs[1, :total]

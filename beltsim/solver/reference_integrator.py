@@ -9,12 +9,10 @@ second order, and three of them with the weights of Yoshida (1990, Physics Lette
 
 from __future__ import annotations
 
-import numpy as np
-
-from beltsim.solver.integration import in_body, inverse, kick, translate, turn_freely, world_spin
-from beltsim.solver.jit import callee, kernel
+from beltsim.solver.integration import in_body, inverse, kick, turn_freely, world_spin
+from beltsim.solver.jit import callee, inner, kernel
 from beltsim.solver.steps import DONE, LISTS_STALE, LOST, TOO_FAST, Clock, find_forces
-from beltsim.solver.vectors import of, of4, rows3, rows4
+from beltsim.solver.vectors import add, at, norm, of, of4, put, rows3, rows4, scaled, sub
 
 XI = 0.1786178958448091
 LAMBDA = -0.2123418310626054
@@ -23,7 +21,7 @@ OUTER = 1.0 / (2.0 - 2.0 ** (1.0 / 3.0))
 INNER = 1.0 - 2.0 * OUTER
 
 
-@kernel
+@callee
 def turn_to_fourth_order(orientation, momentum, spin, inertia, turns, time_step):
     """Free rotation of all particles over a drift."""
     for i in range(turns.size):
@@ -40,38 +38,33 @@ def turn_to_fourth_order(orientation, momentum, spin, inertia, turns, time_step)
                 orientation[c][i] = q[c]
 
 
+@inner
+def move_on(position, velocity, listed, time_step, reach, cap):
+    """Drift of all centres; returns the counts of `integration.translate`."""
+    far = fast = lost = 0
+    for i in range(position.shape[1]):
+        step = scaled(at(velocity, i), time_step)
+        place = add(at(position, i), step)
+        put(position, i, place)
+        moved = norm(sub(place, at(listed, i)))
+        far += moved > reach
+        fast += norm(step) > cap
+        lost += not moved < 1e150
+    return far, fast, lost
+
+
 @callee
 def drift(particles, environment, time_step, reach, cap):
     """Free motion of all particles; returns the counts of `integration.translate`."""
-    position, velocity, listed = (
-        rows3(particles.position),
-        rows3(particles.velocity),
-        rows3(environment.listed),
-    )
-    mobility = particles.mobility
-    # A kick of no force: particles only move on.
-    counts = translate(
-        np.uint64(0),
-        particles.mass.size,
-        position,
-        velocity,
-        rows3(particles.force),
-        particles.mass,
-        0.0 * mobility[0],
-        listed,
-        time_step,
-        reach,
-        cap,
-    )
     turn_to_fourth_order(
         rows4(particles.orientation),
         rows3(particles.angular_momentum),
         rows3(particles.angular_velocity),
         rows3(particles.inertia),
-        mobility[1],
+        particles.mobility[1],
         time_step,
     )
-    return counts
+    return move_on(particles.position, particles.velocity, environment.listed, time_step, reach, cap)
 
 
 @callee

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from beltsim.solver.contact import damped_normal, line_law
 from beltsim.solver.contacts import NONE, forget, law_of, put_loads, surface, touch
-from beltsim.solver.jit import callee, inner
+from beltsim.solver.jit import callee, inner, pass_kernel
 from beltsim.solver.ledger import note_normal
 from beltsim.solver.shapes import any_normal, sphere_cylinder, sphere_plane
 from beltsim.solver.state import Array
@@ -195,7 +195,7 @@ def half_on_part(rod, length, parts, p):
     return size, extent, scaled(push, 1.0 / size), scaled(moment, 1.0 / total), squares, couple
 
 
-@callee
+@pass_kernel
 def rod_pass(particles, shapes, laws, contacts, parts, rods, time_step):
     """Contacts of both halves of cylinders that fly with parts; `contacts.beside[0]` is 0 or 1, which half."""
     for k in range(contacts.first.size):

@@ -16,13 +16,17 @@ import numpy as np
 
 from beltsim.solver.belt_surface import inherit, leads, load_surfaces
 from beltsim.solver.contacts import NONE, about_end, forget, law_of, note_point, point_loads, surface
-from beltsim.solver.jit import callee, inner, vector_kernel
+from beltsim.solver.jit import callee, inner, pass_kernel, vector_kernel
+from beltsim.solver.scratch import clear, scratch_row, scratch_rows
 from beltsim.solver.shapes import box_gap, sphere_box
-from beltsim.solver.tiles import LANES, columns_for, three
+from beltsim.solver.tiles import columns_for, three
 from beltsim.solver.vectors import add, cross, of, of4, rows3, rows4, scaled, sub
 
 CHUNK = 1024
 """Particles whose pairs are done at a time; fixed, so that results depend on no count of threads."""
+
+PAIRS = 128
+"""Pairs that carry, at a time: 41 rows of state and loads are 41 kB."""
 
 # Rows of the scratch space that holds the pairs that carry side by side: state, history and, from LOADS on, loads.
 APART = 0  # from the box's centre to the sphere's, m
@@ -49,10 +53,10 @@ def find_overlaps(first, second, begin, count, position, orientation, core, radi
 
 
 @callee
-def find_carriers(contacts, begin, end, carriers):
-    """Number of pairs begin to end that carry, put into `carriers`; what ends hands its history on or loses it."""
+def find_carriers(contacts, begin, end):
+    """Number of pairs begin to end that carry, noted from there on; what ends hands its history on or loses it."""
     overlaps, stiffnesses = contacts.overlap, contacts.stiffness
-    ended = np.empty(end - begin, np.uint32)
+    carriers, ended = contacts.carriers[begin:end], contacts.carriers[begin:end][::-1]
     count = ends = 0
     for k in range(begin, end):
         if overlaps[k] > 0.0 and leads(contacts, k):
@@ -158,7 +162,7 @@ def scatter(tile, count, carriers, contacts):
             contacts.loads[c, k] = tile[LOADS + c, n]
 
 
-@inner
+@callee
 def sphere_box_chunk(particles, shapes, laws, contacts, time_step, begin, end):
     """Contacts of the pairs begin to end, all those of some spheres; writes to nothing else."""
     first, second = contacts.first.view(np.uint32), contacts.second.view(np.uint32)
@@ -173,23 +177,27 @@ def sphere_box_chunk(particles, shapes, laws, contacts, time_step, begin, end):
         shapes.radius,
         contacts.overlap,
     )
-    carriers = np.zeros(end - begin + LANES, np.uint32)  # `columns_for` as many as there can be
-    count = find_carriers(contacts, begin, end, carriers)
-    count = load_surfaces(particles, shapes, laws, contacts, carriers, count, time_step)
-    whole = columns_for(count, contacts.book)
-    tile = np.zeros((ROWS, whole))
-    gather(particles, shapes, contacts, carriers, count, tile)
-    load_spheres(
-        three(tile, APART), three(tile, VELOCITY), three(tile, SPIN_1), three(tile, SPIN_2),
-        (tile[ORIENTATION], *three(tile, ORIENTATION + 1)), three(tile, CORE), (tile[RADII], tile[RADII + 1]),
-        (tile[MASSES], tile[MASSES + 1]), (tile[INERTIAS], tile[INERTIAS + 1]), three(tile, SPRING),
-        three(tile, ROLLING), tile[STIFFNESS], (*three(tile, LOADS), *three(tile, LOADS + 3), *three(tile, LOADS + 6)),
-        laws, shapes.material.view(np.uint32), (first, second), carriers, contacts.book, time_step, whole,
-    )  # fmt: skip
-    scatter(tile, count, carriers, contacts)
+    count = find_carriers(contacts, begin, end)
+    count = load_surfaces(particles, shapes, laws, contacts, contacts.carriers[begin:end], count, time_step)
+    tile, carriers = scratch_rows(ROWS, PAIRS), scratch_row(PAIRS, np.uint32)
+    clear(tile, carriers)
+    loads = (*three(tile, LOADS), *three(tile, LOADS + 3), *three(tile, LOADS + 6))
+    for done in range(0, count, PAIRS):
+        now = min(PAIRS, count - done)
+        for n in range(now):
+            carriers[n] = contacts.carriers[begin + done + n]
+        gather(particles, shapes, contacts, carriers, now, tile)
+        load_spheres(
+            three(tile, APART), three(tile, VELOCITY), three(tile, SPIN_1), three(tile, SPIN_2),
+            (tile[ORIENTATION], *three(tile, ORIENTATION + 1)), three(tile, CORE), (tile[RADII], tile[RADII + 1]),
+            (tile[MASSES], tile[MASSES + 1]), (tile[INERTIAS], tile[INERTIAS + 1]), three(tile, SPRING),
+            three(tile, ROLLING), tile[STIFFNESS], loads, laws, shapes.material.view(np.uint32), (first, second),
+            carriers, contacts.book, time_step, columns_for(now, contacts.book),
+        )  # fmt: skip
+        scatter(tile, now, carriers, contacts)
 
 
-@callee
+@pass_kernel
 def sphere_box_pass(particles, shapes, laws, contacts, time_step):
     """Contacts of spheres with rounded boxes."""
     rows = contacts.start.size - 1

@@ -17,13 +17,15 @@ from numba import prange, types
 from numba.extending import overload
 
 from beltsim.solver.contacts import NONE, law_of, note_point, point_loads, surface
-from beltsim.solver.jit import INLINE, callee, inner, only_with, parallel_kernel, vector_kernel
+from beltsim.solver.jit import INLINE, callee, inner, only_with, parallel_kernel, pass_kernel, vector_kernel
 from beltsim.solver.ledger import note_end
+from beltsim.solver.scratch import clear, scratch_row, scratch_rows
 from beltsim.solver.shapes import sphere_sphere
 from beltsim.solver.tiles import columns_for, three
 from beltsim.solver.vectors import cross, norm, of, rows3, scaled, sub
 
 PAIRS = 128
+PLACES = PAIRS + 1
 """Pairs at a time: 33 rows of state and loads are 33 kB."""
 
 # Rows of the scratch space that holds some touching pairs side by side: state, history and, from LOADS on, loads.
@@ -220,7 +222,8 @@ def sphere_chunk(particles, shapes, laws, law, contacts, crossings, chunk, time_
     position, radius, material = rows3(particles.position), shapes.radius, shapes.material.view(np.uint32)
     force, torque = rows3(particles.force), rows3(particles.torque)
     overlaps, stiffnesses, book = contacts.overlap, contacts.stiffness, contacts.book
-    tile, touching = np.zeros((ROWS, PAIRS)), np.zeros(PAIRS + 1, np.uint64)
+    tile, touching = scratch_rows(ROWS, PAIRS), scratch_row(PLACES, np.uint64)
+    clear(tile, touching)
     loads = (*three(tile, LOADS), *three(tile, LOADS + 3), *three(tile, LOADS + 6))
     first, last = crossings.start[chunk], crossings.start[chunk + 1]
     stop = contacts.start[last]
@@ -274,7 +277,7 @@ def share_crossings(particles, crossings):
         take_crossings(particles, crossings, np.int64(chunk))
 
 
-@callee
+@pass_kernel
 def sphere_sphere_pass(particles, shapes, laws, listed, time_step, team):
     """Contacts between spheres; see `lists.ListedSpheres`. `team`: threads, None for one."""
     contacts, crossings, material = listed

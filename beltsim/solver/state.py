@@ -106,6 +106,7 @@ class Contacts(NamedTuple):
     beside: (
         Array | None
     )  # (4, p) int32 pair of the sphere with a neighbour of the box, -1: none; see `wall_pass`
+    carriers: Array | None  # (p,) uint32, where the pass over spheres on boxes puts down which pairs carry
     book: Array | None = None  # (rows, p) of `ledger`, if an energy book is kept
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.solver.jit import inner
+from beltsim.solver.jit import inner, inner_maker
 
 
-@inner
+@inner_maker
 def starts_of(row, rows):
     """Where each of `rows` rows begins (rows + 1,) int64 if entries are sorted by `row`."""
     start = np.zeros(rows + 1, np.int64)
@@ -53,7 +53,7 @@ def place_of(values, wanted, begin, end):
     return place if place < end and values[place] == wanted else -1
 
 
-@inner
+@inner_maker
 def with_room(values, wanted):
     """The array itself, or one twice as long as wanted if it is shorter than that.
 

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from beltsim.solver.jit import inner, kernel
+from beltsim.solver.jit import inner, kernel, maker
 from beltsim.solver.vectors import at, at4, axis_x, axis_y, axis_z, norm, sub
 
 IMPACT_STEPS = 20  # steps in a Hertz impact: fewer give a wrong restitution
@@ -40,7 +40,7 @@ def masses_of(mass, inertia, i, out):
         out[3 + c] = inertia[c, i]
 
 
-@kernel
+@maker
 def bond_row_sums(particles, bonds, kinds, stiffness, angular_stiffness, tension):
     """Gershgorin row sums (6, n) of all particles: omega^2 from stiffness, or 2 zeta omega from damping.
 

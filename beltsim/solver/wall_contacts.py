@@ -26,7 +26,7 @@ from beltsim.solver.contacts import (
     surface,
     touch,
 )
-from beltsim.solver.jit import callee, uncounted
+from beltsim.solver.jit import callee, inner, pass_kernel
 from beltsim.solver.ledger import hand_on, note_normal, stored
 from beltsim.solver.shapes import sphere_box, sphere_plane
 from beltsim.solver.stretches import place_of
@@ -53,7 +53,7 @@ SMOOTH = 0.2  # rad
 SAME_POINT = 1e-3  # of the ball's radius: T-joints meet within the tolerance of welding only
 
 
-@callee
+@pass_kernel
 def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, slides, time_step):
     """Contacts of feelers with walls; rows of `contacts` are feelers.
 
@@ -64,7 +64,7 @@ def wall_pass(particles, shapes, laws, contacts, feelers, walls, parts, slides, 
     push_feelers(particles, shapes, laws, contacts, feelers, walls, parts, slides, time_step)
 
 
-@uncounted
+@inner
 def rows_of_particle(particle, row):
     """Past-last row of the feelers of the particle that row begins with: one for a sphere, eight for a box."""
     after = row + 1
@@ -88,14 +88,14 @@ def push_feelers(particles, shapes, laws, contacts, feelers, walls, parts, slide
             box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, slides, rows, time_step)
 
 
-@uncounted
+@inner
 def feeler_centre(particles, feelers, row):
     """Centre of a feeler in the world."""
     i = feelers.particle[row]
     return add(at(particles.position, i), rotate(at4(particles.orientation, i), at(feelers.offset, row)))
 
 
-@uncounted
+@inner
 def part_of_wall(walls, s):
     """Part of wall s: a triangle, or beyond those a plane."""
     return walls.part[s] if s < walls.part.size else s - walls.part.size
@@ -131,7 +131,7 @@ def find_carriers(particles, shapes, laws, contacts, feelers, walls, parts):
                 forget(contacts, k)
 
 
-@uncounted
+@inner
 def find_touching(particles, shapes, laws, contacts, feelers, walls, parts, row):
     """Overlaps of a feeler and the walls near it; the pairs that touch are noted in order in `beside[1]`.
 
@@ -164,13 +164,13 @@ def find_touching(particles, shapes, laws, contacts, feelers, walls, parts, row)
     return last
 
 
-@uncounted
+@inner
 def have_law(laws, shapes, parts, i, p):
     """Whether particle i and part p have a contact property: without one, what is held may lie in a wall."""
     return laws[0][shapes.material[i], parts.material[p]] > 0.0
 
 
-@uncounted
+@inner
 def is_own_minimum(particles, shapes, contacts, feelers, walls, parts, row, n, last):
     """Whether no neighbouring triangle takes note n of those that touch the feeler over."""
     second, overlaps, noted = contacts.second, contacts.overlap, contacts.beside
@@ -186,7 +186,7 @@ def is_own_minimum(particles, shapes, contacts, feelers, walls, parts, row, n, l
     return True
 
 
-@uncounted
+@inner
 def is_taken_over(particles, shapes, feelers, walls, parts, row, t, link):
     """Whether the neighbour of triangle t at `link`, which comes closer to a feeler, stands for t as well."""
     local = into_part(feeler_centre(particles, feelers, row), parts, walls.part[t])
@@ -197,7 +197,7 @@ def is_taken_over(particles, shapes, feelers, walls, parts, row, t, link):
     return norm(sub(there, nearest)) < SAME_POINT * shapes.radius[feelers.particle[row]]
 
 
-@uncounted
+@inner
 def inherit_from_beside(contacts, walls, k, begin, end):
     """Hand the history of a neighbouring triangle that carries no more on to pair k."""
     t = contacts.second[k]
@@ -212,7 +212,7 @@ def inherit_from_beside(contacts, walls, k, begin, end):
             return
 
 
-@uncounted
+@inner
 def wall_velocity(parts, slides, p, arm, normal):
     """Velocity of the surface of part p at `arm` from its centre; a belt that only runs runs along itself."""
     velocity = at(parts.velocity, p)
@@ -221,7 +221,7 @@ def wall_velocity(parts, slides, p, arm, normal):
     return surface(velocity, at(parts.angular_velocity, p), arm)
 
 
-@uncounted
+@inner
 def press(slides, p, loads, k, normal):
     """Set apart what pair k presses on a part that only runs: its surface does no work across itself."""
     if slides.moves[p] == 0.0:
@@ -229,7 +229,7 @@ def press(slides, p, loads, k, normal):
         put(slides.pressing, p, plus(at(slides.pressing, p), -force, normal))
 
 
-@uncounted
+@inner
 def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, slides, row, time_step):
     """Loads of a sphere on the walls that carry it."""
     for k in range(contacts.start[row], contacts.start[row + 1]):
@@ -262,14 +262,14 @@ def sphere_on_walls(particles, shapes, laws, contacts, walls, parts, slides, row
         press(slides, p, contacts.loads, k, normal)
 
 
-@uncounted
+@inner
 def face_side(core, radius):
     """Root of the area of a rounded box's largest flat face, never below the edge radius [m]."""
     area = 4.0 * max(core[0] * core[1], max(core[1] * core[2], core[2] * core[0]))
     return math.sqrt(max(area, radius * radius))
 
 
-@uncounted
+@inner
 def moved_mass(particles, i, arm, normal):
     """Mass [kg] that particle i shows to a push along `normal` at `arm` from its centre, if it is free."""
     lever = rotate_back(at4(particles.orientation, i), cross(arm, normal))
@@ -279,7 +279,7 @@ def moved_mass(particles, i, arm, normal):
     return 1.0 / inverse
 
 
-@uncounted
+@inner
 def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, slides, rows, time_step):
     """Loads of a box on the walls that carry its corners.
 
@@ -332,7 +332,7 @@ def box_on_walls(particles, shapes, laws, contacts, feelers, walls, parts, slide
                 )
 
 
-@uncounted
+@inner
 def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, law, slides, parts, time_step):
     """Loads and history of pair k, a corner of box i on part p at a point. `body` = edge radius, face side, mass."""
     radius, side, mass = body
@@ -353,7 +353,7 @@ def corner_contact(particles, contacts, k, i, p, point, overlap, normal, body, l
     press(slides, p, contacts.loads, k, normal)
 
 
-@callee
+@pass_kernel
 def wall_point_pass(particles, shapes, laws, contacts, walls, parts, slides, time_step):
     """Contacts of boxes with points of folds and rims; a point pushes as a corner of the box would."""
     for k in range(contacts.first.size):
@@ -389,7 +389,7 @@ def wall_point_pass(particles, shapes, laws, contacts, walls, parts, slides, tim
         )
 
 
-@uncounted
+@inner
 def sum_wall_loads(parts, contacts, walls):
     """Add the loads of all walls to their parts, in the order of the pairs."""
     loads = contacts.loads
@@ -398,7 +398,7 @@ def sum_wall_loads(parts, contacts, walls):
             add_to_part(parts, part_of_wall(walls, contacts.second[k]), loads, k)
 
 
-@uncounted
+@inner
 def sum_point_loads(parts, contacts, walls):
     """The same for points of folds and rims."""
     loads = contacts.loads
@@ -407,7 +407,7 @@ def sum_point_loads(parts, contacts, walls):
             add_to_part(parts, walls.point_part[contacts.second[k]], loads, k)
 
 
-@uncounted
+@inner
 def add_to_part(parts, p, loads, k):
     """Add the loads of pair k to part p, its second body."""
     put(parts.force, p, sub(at(parts.force, p), (loads[0, k], loads[1, k], loads[2, k])))

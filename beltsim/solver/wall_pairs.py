@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.solver.jit import inner, kernel, uncounted
+from beltsim.solver.jit import inner, maker
 from beltsim.solver.stretches import with_room
 from beltsim.solver.triangles import distance_to_box, nearest_on_triangle
 from beltsim.solver.vectors import at, at4, axis_z, dot, norm, rotate_back, sub
@@ -17,7 +17,7 @@ from beltsim.solver.vectors import at, at4, axis_z, dot, norm, rotate_back, sub
 LEAF = 4  # triangles in a leaf: 1 and 8 were slower
 
 
-@uncounted
+@inner
 def corners_of(walls, t):
     """The three vertices of triangle t, in the frame of its part."""
     return (
@@ -27,7 +27,7 @@ def corners_of(walls, t):
     )
 
 
-@uncounted
+@inner
 def into_part(point, parts, p):
     """A point of the world in the frame of part p."""
     return rotate_back(at4(parts.orientation, p), sub(point, at(parts.position, p)))
@@ -41,14 +41,14 @@ def next_node(k):
     return k + 1 if k > 0 else 0
 
 
-@uncounted
+@inner
 def is_in_reach(point, reach, ball, t):
     """Whether a point is closer than `reach` to the ball around triangle t."""
     out, limit = sub(point, at(ball, t)), reach + ball[3, t]
     return dot(out, out) < limit * limit
 
 
-@uncounted
+@inner
 def near_triangles(local, reach, w, walls, tree, found, total):
     """Add the triangles of mesh w that are closer than `reach` to a local point: their new number, -1 without room.
 
@@ -77,7 +77,7 @@ def near_triangles(local, reach, w, walls, tree, found, total):
     return total
 
 
-@uncounted
+@inner
 def near_walls(position, shapes, i, is_box, walls, tree, parts, part_group, skin, found):
     """Write down the walls near particle i: their number, -1 without room. Only boxes feel planes here."""
     centre, reach, total = at(position, i), shapes.bounding[i] + skin, 0
@@ -99,7 +99,7 @@ def near_walls(position, shapes, i, is_box, walls, tree, parts, part_group, skin
     return total
 
 
-@kernel
+@maker
 def wall_pairs(position, shapes, feelers, walls, tree, parts, part_group, skin):
     """Pairs of feelers with walls: triangles, and for the corners of boxes planes.
 
@@ -137,7 +137,7 @@ def wall_pairs(position, shapes, feelers, walls, tree, parts, part_group, skin):
     return start, first[:total].copy(), second[:total].copy()
 
 
-@kernel
+@maker
 def point_pairs(position, shapes, feelers, contacts, walls, parts, skin):
     """Pairs of boxes with the points of folds and rims near them.
 
