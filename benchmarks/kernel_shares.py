@@ -11,7 +11,7 @@ import time
 
 from beltsim.engine import State, advance_by, renew_lists, solver_arguments
 from beltsim.lists import Lists
-from beltsim.solver.integration import kick, kick_and_drift
+from beltsim.solver.integration import kick_and_drift
 from beltsim.solver.steps import advance
 
 ENOUGH = 0.1  # s of CPU for each figure
@@ -50,9 +50,9 @@ def shares(state: State, steps: int = 200) -> dict:
     particles, environment = state.scene.population.particles, solver_arguments(state)[-2]
     base = seconds(forces_with(state, False, None))
     found = {
-        "drift and rotation": seconds(lambda: kick_and_drift(particles, environment, 0.0, 1.0, 1.0)),
-        "last kick": seconds(lambda: kick(particles, 0.0, environment.team)),
-        "gravity": base,
+        "motion": seconds(
+            lambda: kick_and_drift(particles, environment, environment.team, 0.0, 0.0, 1.0, 1.0)
+        ),
     }
     if state.scene.bonds is not None:
         found["bonds"] = seconds(forces_with(state, True, None)) - base

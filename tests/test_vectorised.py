@@ -40,7 +40,7 @@ def tile(upright=None, limits=None, whole=None, over=None, book=None):
 
 
 MARKS = np.zeros(8, np.int8)
-TURNS = (START, 8, ROWS4, ROWS3, ROWS3, ROWS3, ROWS3, ONE, 0.1)
+TURNS = (START, 8, ROWS4, ROWS3, ROWS3, ROWS3, ROWS3, ONE, 0.1, 0.1)
 IDS, NUMBERS = np.zeros(8, np.uint32), np.zeros(8, np.uint64)
 
 
@@ -67,7 +67,7 @@ LOOPS = {
     "loads of bonds": (bond_tiles.add_tile, (START, START, 8, LOADS, ROWS3, ROWS3)),
     "drift": (
         integration.translate,
-        (START, 8, ROWS3, ROWS3, ROWS3, ONE, ONE, ROWS3, 0.1, 1.0, 1.0),
+        (START, 8, ROWS3, ROWS3, ROWS3, ONE, ONE, ROWS3, 0.1, 0.1, 1.0, 1.0),
     ),
     "rotation": (integration.turn, TURNS),
     "rotation of round particles": (integration.turn_round, TURNS),

@@ -94,8 +94,8 @@ def in_body(q, v):
 
 
 @vector_kernel
-def translate(start, count, position, velocity, force, mass, moves, listed, time_step, reach, cap):
-    """First half kick and drift of the centres of a chunk.
+def translate(start, count, position, velocity, force, mass, moves, listed, before, time_step, reach, cap):
+    """First half kick and drift of the centres of a chunk, after what the last kick left over: one of a time `before`.
 
     Returns how many particles are farther than `reach` from where the lists were made, how many moved more than
     `cap` in this step, and how many are not finite. Counts, not maxima: those would keep the loop scalar.
@@ -104,11 +104,13 @@ def translate(start, count, position, velocity, force, mass, moves, listed, time
     far = fast = lost = 0
     for n in range(count):
         i = start + np.uint64(n)
-        pull = half * moves[i] / mass[i]
+        share = moves[i] / mass[i]
         moved = 0.0
         step = 0.0
         for c in range(3):
-            v = velocity[c][i] + pull * force[c][i]
+            # Two kicks, as if they were made one by one: results do not depend on how a run is cut into batches.
+            v = velocity[c][i] + before * share * force[c][i]
+            v = v + half * share * force[c][i]
             x = position[c][i] + time_step * v
             velocity[c][i] = v
             position[c][i] = x
@@ -118,6 +120,12 @@ def translate(start, count, position, velocity, force, mass, moves, listed, time
         fast += 1 if step > cap * cap else 0
         lost += 0 if moved < 1e300 else 1
     return far, fast, lost
+
+
+@inner
+def kicked_twice(momentum, torque, first, second):
+    """Angular momentum after two kicks by a torque over two times."""
+    return plus(plus(momentum, first, torque), second, torque)
 
 
 @vector_kernel
@@ -131,12 +139,12 @@ def count_round(start, count, inertia):
 
 
 @vector_kernel
-def turn_round(start, count, orientation, momentum, spin, torque, inertia, turns, time_step):
+def turn_round(start, count, orientation, momentum, spin, torque, inertia, turns, before, time_step):
     """`turn` for particles with three equal moments: a third of the time, since free motion keeps their spin."""
     half = 0.5 * time_step
     for n in range(count):
         i = start + np.uint64(n)
-        angular = plus(of(momentum, i), half * turns[i], of(torque, i))
+        angular = kicked_twice(of(momentum, i), of(torque, i), before * turns[i], half * turns[i])
         w = scaled(angular, 1.0 / inertia[0][i])
         q = unit(product((1.0, half * w[0], half * w[1], half * w[2]), of4(orientation, i)))
         for c in range(3):
@@ -147,13 +155,16 @@ def turn_round(start, count, orientation, momentum, spin, torque, inertia, turns
 
 
 @vector_kernel
-def turn(start, count, orientation, momentum, spin, torque, inertia, turns, time_step):
-    """First half kick and free rotation of a chunk of particles; their angular velocity at the new orientation."""
+def turn(start, count, orientation, momentum, spin, torque, inertia, turns, before, time_step):
+    """First half kick and free rotation of a chunk of particles; their angular velocity at the new orientation.
+
+    `before` as in `translate`.
+    """
     half = 0.5 * time_step
     for n in range(count):
         i = start + np.uint64(n)
         q, pliancy = of4(orientation, i), inverse(of(inertia, i))
-        angular = plus(of(momentum, i), half * turns[i], of(torque, i))
+        angular = kicked_twice(of(momentum, i), of(torque, i), before * turns[i], half * turns[i])
         q, local = turn_freely(q, in_body(q, angular), pliancy, time_step)
         w = world_spin(q, local, pliancy)
         for c in range(3):
@@ -161,62 +172,6 @@ def turn(start, count, orientation, momentum, spin, torque, inertia, turns, time
             spin[c][i] = w[c]
         for c in range(4):
             orientation[c][i] = q[c]
-
-
-@callee
-def drift_chunk(c, particles, listed, time_step, reach, cap):
-    """First half kick and drift of chunk c; returns the counts of `translate`."""
-    force, torque = rows3(particles.force), rows3(particles.torque)
-    inertia, mobility = rows3(particles.inertia), particles.mobility
-    start, count = chunk_of(c, particles.mass.size)
-    counts = translate(
-        start,
-        count,
-        rows3(particles.position),
-        rows3(particles.velocity),
-        force,
-        particles.mass,
-        mobility[0],
-        rows3(listed),
-        time_step,
-        reach,
-        cap,
-    )
-    state = rows4(particles.orientation), rows3(particles.angular_momentum), rows3(particles.angular_velocity)
-    if count_round(start, count, inertia) == count:
-        turn_round(start, count, *state, torque, inertia, mobility[1], time_step)
-    else:
-        turn(start, count, *state, torque, inertia, mobility[1], time_step)
-    return counts
-
-
-@parallel_kernel
-def drift_chunks(particles, listed, time_step, reach, cap):
-    """`drift_chunk` of all chunks by several threads."""
-    chunks = chunks_in(particles.mass.size)
-    counts = np.zeros((3, chunks), np.int64)
-    for c in prange(chunks):
-        counts[0, c], counts[1, c], counts[2, c] = drift_chunk(c, particles, listed, time_step, reach, cap)
-    return counts[0].sum(), counts[1].sum(), counts[2].sum()
-
-
-@callee
-def drift_all(particles, listed, time_step, reach, cap, team):
-    """`drift_chunk` of all chunks, by one thread without a team."""
-    far = fast = lost = 0
-    if team is None:
-        for c in range(chunks_in(particles.mass.size)):
-            counts = drift_chunk(c, particles, listed, time_step, reach, cap)
-            far, fast, lost = far + counts[0], fast + counts[1], lost + counts[2]
-    else:
-        far, fast, lost = drift_chunks(particles, listed, time_step, reach, cap)
-    return far, fast, lost
-
-
-@kernel
-def kick_and_drift(particles, environment, time_step, reach, cap):
-    """First half kick and drift of all particles; returns the counts of `translate`."""
-    return drift_all(particles, environment.listed, time_step, reach, cap, environment.team)
 
 
 @vector_kernel
@@ -229,23 +184,89 @@ def begin_sum(start, count, force, torque, velocity, mass, gravity, drag, wind):
             torque[c][i] = 0.0
 
 
-@vector_kernel
-def last_half_kick(start, count, velocity, momentum, force, torque, mass, moves, turns, time_step):
-    """Second half kick of a chunk of particles."""
-    half = 0.5 * time_step
-    for n in range(count):
-        i = start + np.uint64(n)
-        for c in range(3):
-            velocity[c][i] += half * moves[i] / mass[i] * force[c][i]
-            momentum[c][i] += half * turns[i] * torque[c][i]
-
-
 @callee
 def weigh_chunk(c, particles, gravity, drag, wind):
     """Begin the sum of all loads on chunk c with gravity and global damping."""
     start, count = chunk_of(c, particles.mass.size)
     force, torque, velocity = rows3(particles.force), rows3(particles.torque), rows3(particles.velocity)
     begin_sum(start, count, force, torque, velocity, particles.mass, gravity, drag, wind)
+
+
+@callee
+def drift_chunk(c, particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap):
+    """First half kick and drift of chunk c; returns the counts of `translate`.
+
+    Without an energy book, which needs the old loads once more, the sum of the new ones is begun too: the chunk's state
+    is in the cache.
+    """
+    force, torque = rows3(particles.force), rows3(particles.torque)
+    inertia, mobility, velocity = rows3(particles.inertia), particles.mobility, rows3(particles.velocity)
+    start, count = chunk_of(c, particles.mass.size)
+    counts = translate(
+        start,
+        count,
+        rows3(particles.position),
+        velocity,
+        force,
+        particles.mass,
+        mobility[0],
+        rows3(listed),
+        before,
+        time_step,
+        reach,
+        cap,
+    )
+    state = rows4(particles.orientation), rows3(particles.angular_momentum), rows3(particles.angular_velocity)
+    if count_round(start, count, inertia) == count:
+        turn_round(start, count, *state, torque, inertia, mobility[1], before, time_step)
+    else:
+        turn(start, count, *state, torque, inertia, mobility[1], before, time_step)
+    if ledger is None:
+        weigh_chunk(c, particles, gravity, drag, wind)
+    return counts
+
+
+@parallel_kernel
+def drift_chunks(particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap):
+    """`drift_chunk` of all chunks by several threads."""
+    chunks = chunks_in(particles.mass.size)
+    counts = np.zeros((3, chunks), np.int64)
+    for c in prange(chunks):
+        counts[0, c], counts[1, c], counts[2, c] = drift_chunk(
+            c, particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap
+        )
+    return counts[0].sum(), counts[1].sum(), counts[2].sum()
+
+
+@callee
+def kick_and_drift(particles, environment, team, before, time_step, reach, cap):
+    """First half kick and drift of all particles; returns the counts of `translate`, and takes `before` as it does."""
+    far = fast = lost = 0
+    listed, ledger = environment.listed, environment.ledger  # one by one: threads take no tuples in tuples
+    gravity, drag, wind = environment.gravity, environment.drag, environment.wind
+    if team is None:
+        for c in range(chunks_in(particles.mass.size)):
+            counts = drift_chunk(
+                c, particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap
+            )
+            far, fast, lost = far + counts[0], fast + counts[1], lost + counts[2]
+    else:
+        far, fast, lost = drift_chunks(
+            particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap
+        )
+    return far, fast, lost
+
+
+@vector_kernel
+def last_half_kick(start, count, velocity, momentum, force, torque, mass, moves, turns, time_step):
+    """Second half kick of a chunk of particles."""
+    half = 0.5 * time_step
+    for n in range(count):
+        i = start + np.uint64(n)
+        share = moves[i] / mass[i]
+        for c in range(3):
+            velocity[c][i] += half * share * force[c][i]
+            momentum[c][i] += half * turns[i] * torque[c][i]
 
 
 @parallel_kernel
@@ -256,8 +277,9 @@ def weigh_chunks(particles, gravity, drag, wind):
 
 
 @callee
-def weigh(particles, gravity, drag, wind, team):
+def weigh(particles, environment, team):
     """Begin the sum of all loads with gravity and global damping."""
+    gravity, drag, wind = environment.gravity, environment.drag, environment.wind
     if team is None:
         for c in range(chunks_in(particles.mass.size)):
             weigh_chunk(c, particles, gravity, drag, wind)

@@ -9,7 +9,7 @@ second order, and three of them with the weights of Yoshida (1990, Physics Lette
 
 from __future__ import annotations
 
-from beltsim.solver.integration import in_body, inverse, kick, turn_freely, world_spin
+from beltsim.solver.integration import in_body, inverse, kick, turn_freely, weigh, world_spin
 from beltsim.solver.jit import callee, inner, kernel
 from beltsim.solver.steps import DONE, LISTS_STALE, LOST, TOO_FAST, Clock, find_forces
 from beltsim.solver.vectors import add, at, norm, of, of4, put, rows3, rows4, scaled, sub
@@ -81,6 +81,7 @@ def advance_reference(
     """Up to `steps` steps of PEFRL; parameters and result as `steps.advance`. Parts stay where they are."""
     dt = clock.time_step
     if steps == 0:
+        weigh(particles, environment, None)
         find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock)
     for n in range(steps):
         done = 0.0
@@ -95,6 +96,7 @@ def advance_reference(
             done += share
             if stage < 4:
                 now = Clock(dt, clock.start + done * dt, clock.step + n, clock.skin, clock.cap)
+                weigh(particles, environment, None)
                 find_forces(
                     particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now
                 )

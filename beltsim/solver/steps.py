@@ -108,9 +108,9 @@ def add_given_loads(particles, given, amplitudes, time):
 def find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock):
     """All loads at the present positions, at the time of the clock.
 
-    Groups that the scene lacks are None: numba compiles their branch away. See `advance` for the parameters.
+    The sum of loads has been begun (`weigh`). Groups that the scene lacks are None: numba compiles their branch away.
+    See `advance` for the parameters.
     """
-    weigh(particles, environment.gravity, environment.drag, environment.wind, environment.team)
     follow_rods(particles, parts, lists.rods)
     for p in range(parts.force.shape[1]):
         put(parts.force, p, (0.0, 0.0, 0.0))
@@ -210,13 +210,17 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
     spins, slides, amplitudes = drives
     dt = clock.time_step
     if steps == 0:
+        weigh(particles, environment, environment.team)
         find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock)
+    left = (
+        0.0  # duration of the second half kick that goes with the next drift: one way through memory, not two
+    )
     for n in range(steps):
         step = clock.step + n
         time = clock.start + step * dt
         reach = 0.5 * (clock.skin - environment.part_travel[0]) - clock.cap
         guide(particles, environment.guided, amplitudes, time + 0.5 * dt)
-        far, fast, lost = kick_and_drift(particles, environment, dt, reach, clock.cap)
+        far, fast, lost = kick_and_drift(particles, environment, environment.team, left, dt, reach, clock.cap)
         if lost > 0:
             return n, LOST
         turn_guided(particles, environment.guided, amplitudes, time + 0.5 * dt, dt)
@@ -229,6 +233,8 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         ledger = environment.ledger
         add_part_work(parts, slides, environment.part_work, 0.5 * dt)
         note_first_half(ledger, particles, parts, spins, slides, given, amplitudes, environment, time, dt)
+        if ledger is not None:
+            weigh(particles, environment, environment.team)
         find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now)
         add_part_work(parts, slides, environment.part_work, 0.5 * dt)
         note_second_half(
@@ -236,13 +242,26 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         )
         kick_parts(ledger, parts, drives, time + dt, 0.5 * dt, 0.0)
         prescribe_parts(parts, spins, slides, amplitudes, time + dt)
-        kick(particles, dt, environment.team)
-        guide(particles, environment.guided, amplitudes, time + dt)
-        # Nobody beyond `reach`, nobody faster than `cap`: no pair gets from beyond the skin into touch next step.
-        if belt is not None and belt[0].wound[0] > 0:
-            return n + 1, WOUND_UP
-        if fast > 0:
-            return n + 1, TOO_FAST
-        if far > 0 or environment.part_travel[0] > 0.25 * clock.skin:
-            return n + 1, LISTS_STALE
+        reason = why_stop(belt, environment, clock, fast, far)
+        left = 0.5 * dt if ledger is None and reason == DONE and n + 1 < steps else 0.0
+        if left == 0.0:
+            kick(particles, dt, environment.team)
+            guide(particles, environment.guided, amplitudes, time + dt)
+        if reason != DONE:
+            return n + 1, reason
     return steps, DONE
+
+
+@inner
+def why_stop(belt, environment, clock, fast, far):
+    """Why no more steps are to be made with these lists; DONE if they serve on.
+
+    Nobody beyond `reach`, nobody faster than `cap`: no pair gets from beyond the skin into touch in the next step.
+    """
+    if belt is not None and belt[0].wound[0] > 0:
+        return WOUND_UP
+    if fast > 0:
+        return TOO_FAST
+    if far > 0 or environment.part_travel[0] > 0.25 * clock.skin:
+        return LISTS_STALE
+    return DONE
