@@ -10,7 +10,7 @@ import numba
 import numpy as np
 import pytest
 
-from beltsim.solver import bond_tiles, integration, sphere_contacts
+from beltsim.solver import bond_tiles, box_cylinder_contacts, integration, sphere_contacts
 from beltsim.solver.contact import HertzPair
 from beltsim.solver.jit import callee, compiled, inner_maker, kernel, maker, vector_kernel
 from beltsim.solver.scratch import clear, scratch_row, scratch_rows
@@ -50,6 +50,7 @@ def touching(law=None, laws=None, rolls=None):
     return (*state, law, laws, IDS, (IDS, IDS), NUMBERS, rolls, None, 0.1, 8)
 
 
+BODIES = (ROWS3, ROWS4, ROWS3, ONE), (ROWS3, ROWS4, ONE, ONE)
 LAW = HertzPair(*(1.0 for _ in HertzPair._fields))
 LAWS = Laws(*(np.ones((2, 2)) for _ in Laws._fields))
 LOOPS = {
@@ -60,6 +61,10 @@ LOOPS = {
         touching(LAW, LAWS, np.zeros((3, 8))),
     ),
     "contacts of spheres of several materials": (sphere_contacts.touching_loads, touching(None, LAWS)),
+    "lines of boxes on cylinders": (
+        box_cylinder_contacts.find_lines,
+        (IDS, 8, IDS, IDS, *BODIES, (np.zeros(8),) * 13),
+    ),
     "bonds with gaps": (bond_tiles.bond_tile, tile(whole=MARKS)),
     "bonds along the axes": (bond_tiles.bond_tile, tile(np.zeros((12, 1)), whole=MARKS)),
     "breakable bonds": (bond_tiles.bond_tile, tile(limits=(FOUR, 1.0, 1.0), whole=MARKS, over=MARKS)),

@@ -12,7 +12,7 @@ from beltsim.solver.box_cylinder import TINY, box_cylinder, with_flats
 from beltsim.solver.contact import damped_normal, friction_force, line_law
 from beltsim.solver.contacts import forget, law_of, put_loads, surface
 from beltsim.solver.jit import callee, inner, pass_kernel, vector_kernel
-from beltsim.solver.ledger import note_friction, note_normal, stored
+from beltsim.solver.ledger import note_friction, note_normal
 from beltsim.solver.scratch import scratch_row, scratch_rows
 from beltsim.solver.vectors import (
     across,
@@ -36,7 +36,7 @@ from beltsim.solver.vectors import (
 CHUNK = 256
 """Pairs at a time, so that their tiles stay in the cache; fixed, so that results depend on no count of threads."""
 
-AREA, LENGTH, NORMAL, POINT, WHOLE = 0, 1, 2, 5, 8  # rows of the tile of lines
+AREA, LENGTH, NORMAL, POINT, WHOLE, LEVER, SQUARES = 0, 1, 2, 5, 8, 9, 10  # rows of the tile of lines
 FORCE, TORQUE_1, TORQUE_2, SPRING, STIFFNESS = 0, 3, 6, 9, 12  # rows of the tile of loads
 TILE_ROWS = 13
 
@@ -78,7 +78,7 @@ def find_lines(near, count, first, second, boxes, rollers, lines):
     middle, turned, radius, half_length = rollers
     for n in range(count):
         i, p = first[near[n]], second[near[n]]
-        area, length, normal, point, whole = box_cylinder(
+        area, length, normal, point, whole, lever, squares = box_cylinder(
             of(position, i),
             of4(orientation, i),
             of(core, i),
@@ -91,6 +91,8 @@ def find_lines(near, count, first, second, boxes, rollers, lines):
         lines[AREA][n] = area
         lines[LENGTH][n] = length
         lines[WHOLE][n] = whole
+        lines[LEVER][n] = lever
+        lines[SQUARES][n] = squares
         for row in range(3):
             lines[NORMAL + row][n] = normal[row]
             lines[POINT + row][n] = point[row]
@@ -125,12 +127,13 @@ def load_lines(near, count, first, second, boxes, rollers, laws, lines, history,
         tangential, kept = friction_force(
             relative, normal, time_step, spring, old, shear_stiffness, damping, mass[i], bound
         )
-        energy = stored(elastic, stiffness, area / max(length, TINY))
+        energy = 0.5 * elastic / max(area, TINY) * lines[SQUARES][n]
         note_normal(book, k, energy, normal_force - elastic, approach, time_step)
         before, after = (spring, old), (kept, shear_stiffness)
         note_friction(book, k, normal, relative, time_step, before, after, tangential, bound)
         force = add(scaled(normal, normal_force), tangential)
-        torque_i, torque_p = cross(arm_i, force), cross(force, arm_p)
+        couple = scaled(normal, elastic * lines[LEVER][n])
+        torque_i, torque_p = add(cross(arm_i, force), couple), sub(cross(force, arm_p), couple)
         tile[STIFFNESS][n] = shear_stiffness
         for row in range(3):
             tile[FORCE + row][n] = force[row]
