@@ -231,11 +231,24 @@ def sphere_on_surface(particles, shapes, laws, contacts, k, overlap, members, ti
     arms = (at(tile[ARM_1:], 0), at(tile[ARM_2:], 0))
     history = (at(contacts.spring, k), contacts.stiffness[k], at(contacts.rolling, k))
     force, moment, _, _, new = point_loads(
-        law, overlap, radius, *masses, normal, relative, spins, arms, history, time_step
+        law, overlap, radius, *masses, normal, relative, relative, spins, arms, history, time_step
     )
     spin = sub(spins[0], spins[1])
     note_point(
-        contacts.book, k, law, overlap, radius, normal, relative, spin, history, new, force, moment, time_step
+        contacts.book,
+        k,
+        law,
+        overlap,
+        radius,
+        normal,
+        relative,
+        relative,
+        spin,
+        history,
+        new,
+        force,
+        moment,
+        time_step,
     )
     pressure = dot(force, normal)
     tangential = plus(force, -pressure, normal)

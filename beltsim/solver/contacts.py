@@ -112,13 +112,13 @@ def forget(contacts, k):
 
 
 @inner
-def point_loads(law, overlap, radius, mass, inertia, normal, relative, spins, arms, history, time_step):
+def point_loads(law, overlap, radius, mass, inertia, normal, relative, slip, spins, arms, history, time_step):
     """Loads and new history of a contact of rounded surfaces; nothing but zeros where the overlap is zero.
 
     Parameters
     ----------
     mass, inertia : reduced mass [kg] and reduced moment of inertia about the contact [kg m2]
-    relative : (3,) surface velocity of the first against the second
+    relative, slip : (3,) surface velocity of the first against the second, along the normal and across
     spins, arms : of both bodies, arms from their centres to the contact point
     history : (spring force (3,), tangential stiffness, moment of the rolling spring (3,)) of the step before; the last
         is None where no contact resists rolling
@@ -132,7 +132,7 @@ def point_loads(law, overlap, radius, mass, inertia, normal, relative, spins, ar
     normal_force = damped_normal(elastic, stiffness, damping, mass, -dot(relative, normal))
     pressed = max(normal_force, 0.0)
     tangential, spring = friction_force(
-        relative, normal, time_step, spring, old, shear_stiffness, damping, mass, law.friction * pressed
+        slip, normal, time_step, spring, old, shear_stiffness, damping, mass, law.friction * pressed
     )
     spin = sub(spins[0], spins[1])
     softened = shear_stiffness / old if shear_stiffness < old else 1.0
@@ -168,7 +168,9 @@ def resisted(rolling, law, radius, spin, normal, time_step, stiffness, softened,
 
 
 @inner
-def note_point(book, k, law, overlap, radius, normal, relative, spin, old, new, force, moment, time_step):
+def note_point(
+    book, k, law, overlap, radius, normal, relative, slip, spin, old, new, force, moment, time_step
+):
     """Note what happened in pair k, from the history before and after (see `point_loads`), force and moment."""
     if book is not None:
         elastic, stiffness, _, _ = point_law(law, overlap, radius)
@@ -177,7 +179,7 @@ def note_point(book, k, law, overlap, radius, normal, relative, spin, old, new, 
         note_normal(book, k, stored(elastic, stiffness, overlap), viscous, approach, time_step, overlap)
         tangential = plus(force, -normal_force, normal)
         bound = law.friction * max(normal_force, 0.0)
-        note_friction(book, k, normal, relative, time_step, old[:2], new[:2], tangential, bound)
+        note_friction(book, k, normal, slip, time_step, old[:2], new[:2], tangential, bound)
         arm = law.rolling_friction * radius
         note_rolling(book, k, normal, spin, time_step, moment, new[2], 2.25 * stiffness * arm * arm)
 
@@ -187,7 +189,7 @@ def point_contact(contacts, k, overlap, normal, radius, mass, inertia, law, rela
     """Loads and history of a touching pair k of rounded surfaces; see `point_loads`."""
     history = (at(contacts.spring, k), contacts.stiffness[k], at(contacts.rolling, k))
     force, moment, torque_1, torque_2, new = point_loads(
-        law, overlap, radius, mass, inertia, normal, relative, spins, arms, history, time_step
+        law, overlap, radius, mass, inertia, normal, relative, relative, spins, arms, history, time_step
     )
     put(contacts.spring, k, new[0])
     contacts.stiffness[k] = new[1]
@@ -195,7 +197,20 @@ def point_contact(contacts, k, overlap, normal, radius, mass, inertia, law, rela
     put_loads(contacts.loads, k, force, torque_1, torque_2)
     spin = sub(spins[0], spins[1])
     note_point(
-        contacts.book, k, law, overlap, radius, normal, relative, spin, history, new, force, moment, time_step
+        contacts.book,
+        k,
+        law,
+        overlap,
+        radius,
+        normal,
+        relative,
+        relative,
+        spin,
+        history,
+        new,
+        force,
+        moment,
+        time_step,
     )
 
 

@@ -131,6 +131,7 @@ def load_spheres(
             1.0 / turning,
             normal,
             relative,
+            relative,
             spins,
             arms,
             history,
@@ -138,7 +139,20 @@ def load_spheres(
         )
         spin = sub(spins[0], spins[1])
         note_point(
-            book, k, law, overlap, radius, normal, relative, spin, history, new, force, moment, time_step
+            book,
+            k,
+            law,
+            overlap,
+            radius,
+            normal,
+            relative,
+            relative,
+            spin,
+            history,
+            new,
+            force,
+            moment,
+            time_step,
         )
         stiffness[n] = new[1]
         for c in range(3):
