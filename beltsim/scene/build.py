@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltsim.inp import Block, Deck
-from beltsim.scene.bodies import BOX, CYLINDER, SPHERE, Population, populate
+from beltsim.scene.bodies import BOX, SPHERE, Population, populate
 from beltsim.scene.bonding import Bonding, bonds_of
 from beltsim.scene.guiding import slots_of_motion
 from beltsim.scene.machinery import Machinery, amplitudes_of, machinery_of
 from beltsim.scene.touching import Groups, Materials, shapes_of, touching_boxes
 from beltsim.scene.unbuilt import (
     refuse_flying_cylinders,
-    refuse_rods_on_cylinders,
     refuse_sharp_boxes,
     refuse_sharp_boxes_on_meshes,
     refuse_turning,
@@ -102,8 +101,6 @@ def build(deck: Deck) -> Scene:
     refuse_flying_cylinders(deck, population, groups, meshes)
     refuse_turning(deck, population, slots_of_motion)
     machinery = machinery_of(deck, population, materials, groups)
-    cylinders = np.array([part.shape == CYLINDER for part in machinery.info], bool)
-    refuse_rods_on_cylinders(population, groups, machinery.group[cylinders])
     bonding = bonds_of(deck, population)
     amplitudes, tables = amplitudes_of(deck)
     gravity = [block.rows["acceleration"][0] for block in deck.blocks("GRAVITY")]

@@ -89,20 +89,6 @@ def refuse_sharp_boxes_on_meshes(population: Population, groups: Groups, meshes:
         raise SceneError("\n".join(problems[:10]))
 
 
-def refuse_rods_on_cylinders(population: Population, groups: Groups, cylinders: np.ndarray) -> None:
-    """Raise `SceneError` for boxes rounded to nothing along x or y that may touch one of the groups of `cylinders`.
-
-    The line contact has the length of the flat along the cylinder: they would fall through.
-    """
-    for n, body in enumerate(population.bodies):
-        rows = population.species == n
-        flats = population.half_extent[rows, :2] - population.edge_radius[rows, None]
-        touches = groups.may_touch[groups.of(body.group), cylinders]
-        if body.shape == BOX and np.any(flats <= 0.0) and np.any(touches):
-            found = f"rounded box {body.name} that is no longer than its rounding, and may touch a cylinder"
-            raise SceneError(problem(body.block, found, "SIZE X and SIZE Y above twice the EDGE RADIUS"))
-
-
 def refuse_sharp_boxes(touching: list[tuple[Body, Body]]) -> None:
     """Raise `SceneError` if boxes that may touch each other both have sharp edges: the law needs a rounding."""
     problems = []

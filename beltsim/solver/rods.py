@@ -15,9 +15,9 @@ import math
 from typing import NamedTuple
 
 from beltsim.solver.contact import damped_normal, line_law
-from beltsim.solver.contacts import NONE, forget, law_of, put_loads, surface, touch
+from beltsim.solver.contacts import NONE, forget, law_of, put_loads, resisted, surface, touch
 from beltsim.solver.jit import callee, inner, pass_kernel
-from beltsim.solver.ledger import note_normal
+from beltsim.solver.ledger import note_normal, note_rolling
 from beltsim.solver.shapes import any_normal, sphere_cylinder, sphere_plane
 from beltsim.solver.state import Array
 from beltsim.solver.vectors import (
@@ -195,6 +195,35 @@ def half_on_part(rod, length, parts, p):
     return size, extent, scaled(push, 1.0 / size), scaled(moment, 1.0 / total), squares, couple
 
 
+@inner
+def resisted_roll(
+    contacts, k, law, rod, other, spin, normal, softened, stiffness, inertia, pressed, time_step
+):
+    """Rolling moment on half a cylinder, which rolls about its axis only: its length resists all other turns.
+
+    `other` is the radius of what it rolls on, `inertia` that of the whole cylinder about the line; see `resisted`.
+    """
+    _, axis, radius, _ = rod
+    reduced = radius if math.isinf(other) else radius * other / (radius + other)
+    rolls = scaled(axis, dot(spin, axis))
+    moment, spring = resisted(
+        at(contacts.rolling, k),
+        law,
+        reduced,
+        rolls,
+        normal,
+        time_step,
+        stiffness,
+        softened,
+        0.5 * inertia,
+        pressed,
+    )
+    arm = law.rolling_friction * reduced
+    note_rolling(contacts.book, k, normal, rolls, time_step, moment, spring, 2.25 * stiffness * arm * arm)
+    put(contacts.rolling, k, spring)
+    return moment
+
+
 @pass_kernel
 def rod_pass(particles, shapes, laws, contacts, parts, rods, time_step):
     """Contacts of both halves of cylinders that fly with parts; `contacts.beside[0]` is 0 or 1, which half."""
@@ -210,9 +239,9 @@ def rod_pass(particles, shapes, laws, contacts, parts, rods, time_step):
                 forget(contacts, k)
             continue
         arm_i, arm_p = sub(point, centre), sub(point, at(parts.position, p))
+        spin_i, spin_p = at(particles.angular_velocity, i), at(parts.angular_velocity, p)
         relative = sub(
-            surface(at(particles.velocity, i), at(particles.angular_velocity, i), arm_i),
-            surface(at(parts.velocity, p), at(parts.angular_velocity, p), arm_p),
+            surface(at(particles.velocity, i), spin_i, arm_i), surface(at(parts.velocity, p), spin_p, arm_p)
         )
         law = law_of(laws, shapes.material[i], parts.material[p])
         mass = 1.0 / (1.0 / moved_mass(particles, i, arm_i, normal) + rods.inverse_mass[p])
@@ -221,10 +250,25 @@ def rod_pass(particles, shapes, laws, contacts, parts, rods, time_step):
         normal_force = damped_normal(elastic, stiffness, damping, mass, approach)
         per_length = elastic / area
         note_normal(contacts.book, k, 0.5 * per_length * squares, normal_force - elastic, approach, time_step)
-        bound = law.friction * max(normal_force, 0.0)
-        force = scaled(normal, normal_force)
+        pressed, force = max(normal_force, 0.0), scaled(normal, normal_force)
+        bound, old = law.friction * pressed, contacts.stiffness[k]
+        inertia = particles.inertia[2, i] + particles.mass[i] * rod[2] * rod[2]
+        moment = resisted_roll(
+            contacts,
+            k,
+            law,
+            rod,
+            parts.radius[p],
+            sub(spin_i, spin_p),
+            normal,
+            shear_stiffness / old if shear_stiffness < old else 1.0,
+            stiffness,
+            inertia,
+            pressed,
+            time_step,
+        )
         force = touch(contacts, k, force, normal, shear_stiffness, damping, mass, bound, relative, time_step)
-        couple = scaled(couple, per_length)
+        couple = add(scaled(couple, per_length), moment)
         put_loads(
             contacts.loads, k, force, add(cross(arm_i, force), couple), sub(cross(force, arm_p), couple)
         )
