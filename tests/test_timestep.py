@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 import scenes
+from scipy.spatial.transform import Rotation
 
 from beltsim.engine import BlowUp, find_forces, state_of
 from beltsim.run import prepare
 from beltsim.scene import build
+from beltsim.solver.box_cylinder import box_cylinder
 from beltsim.solver.timestep import damped_limit, impact_duration
 from beltsim.solver.vectors import exponential, product
-from beltsim.stepsize import TimeStepError, bond_limit, present_limit, stable_limit
+from beltsim.stepsize import TimeStepError, bond_limit, line_contact_rows, present_limit, stable_limit
 
 
 def grid_case(rows=8, columns=4, *, damping=0.0, reduction=1.0, thickness=0.01, torsion="GRID", stretch=0.0):
@@ -287,6 +289,47 @@ def test_a_box_without_bonds_gets_a_limit_from_its_line_contact():
     state = scenes.start(deck)
     stiffness = np.pi / 4 * 0.5 * 5e6 / 0.91 * 0.1
     assert chosen(deck)[2].time_step <= 2.0 / np.sqrt(stiffness / scenes.particles(state).mass[0])
+
+
+def line_wrench(place, rotation, shape):
+    """Force and torque on a box by a roller along y, over the stiffness per length; `shape`: core, edge, radius."""
+    core, edge, roller = shape
+    quaternion = tuple(rotation.as_quat(scalar_first=True))
+    area, _, normal, point, _, lever, _ = box_cylinder(
+        tuple(place), quaternion, core, edge, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), roller, 0.2
+    )
+    force = area * np.array(normal)
+    return np.concatenate([force, np.cross(np.array(point) - place, force) + lever * force])
+
+
+@pytest.mark.parametrize("skew", [0.0, 0.25 * np.pi, 0.45 * np.pi])
+@pytest.mark.parametrize("size", [(0.05, 0.05, 0.01), (0.1, 0.03, 0.01), (0.05, 0.05, 0.05)])
+def test_the_bound_of_a_line_contact_covers_its_stiffness_at_any_skew(size, skew):
+    """The largest eigenvalue of the inverse mass times the differences of the force, translations and turns."""
+    edge, roller, overlap = 0.004, 0.1, 3e-4
+    deck = scenes.case(time_step=1e-6)
+    scenes.add_boxes(deck, [(0, 0, 1.0)], size=size, edge_radius=edge, group="belt")
+    scenes.add_cylinder(deck, diameter=2 * roller, length=0.4)
+    scene = build(deck)
+    bound = line_contact_rows(scene)[0]
+    particles, core = scene.population.particles, tuple(np.array(size) / 2 - edge)
+    rng = np.random.default_rng(4)
+    for tilt in (0.0, 1e-3, 1e-2):
+        rotation = Rotation.from_euler("z", skew) * Rotation.from_rotvec(tilt * rng.standard_normal(3))
+        height = roller + edge + np.abs(rotation.as_matrix()[2]) @ core - overlap
+        place, shape = np.array([0.0, 0.0, height]), (core, edge, roller)
+        columns = []
+        for shift in 1e-3 * overlap * np.eye(3):
+            less, more = (line_wrench(place + sign * shift, rotation, shape) for sign in (-1, 1))
+            columns.append(less - more)
+        for turn in 1e-3 * overlap / max(core) * np.eye(3):
+            less, more = (Rotation.from_rotvec(sign * turn) * rotation for sign in (-1, 1))
+            columns.append((line_wrench(place, less, shape) - line_wrench(place, more, shape)) * max(core))
+        stiffness = np.array(columns).T / (2e-3 * overlap) * np.pi / 4 * scene.laws.normal_modulus.max()
+        matrix, inverse = rotation.as_matrix(), np.zeros((6, 6))
+        inverse[:3, :3] = np.eye(3) / particles.mass[0]
+        inverse[3:, 3:] = matrix @ np.diag(1.0 / particles.inertia[:, 0]) @ matrix.T
+        assert np.linalg.eigvals(inverse @ stiffness).real.max() < bound
 
 
 def test_the_present_bound_sees_contacts_that_have_grown_stiff():
