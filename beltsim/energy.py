@@ -184,11 +184,12 @@ def forget_losses(state) -> None:
             family[0].book[rows.CARRIED :] = 0.0
 
 
-def note_arrivals(state, count: int) -> None:
-    """Bulk came: the last `count` particles."""
-    particles = state.scene.population.particles
-    new = np.arange(particles.mass.size) >= particles.mass.size - count
-    state.account.moved["brought"] += sum(energy_of_motion(particles, state.scene.gravity, new).values())
+def note_arrivals(state, ids: np.ndarray) -> None:
+    """Bulk came, by its ids: where it stands depends on how spheres were sorted meanwhile."""
+    population = state.scene.population
+    new = np.isin(population.id, ids)
+    own = energy_of_motion(population.particles, state.scene.gravity, new)
+    state.account.moved["brought"] += sum(own.values())
 
 
 def departing(state, leaves: np.ndarray) -> float:

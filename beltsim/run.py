@@ -356,7 +356,7 @@ def turn_over(state: State, events: Events, tally: Tally) -> None:
             if new is not None:
                 renew_lists(state, insert(scene, new))
                 if state.account is not None:
-                    note_arrivals(state, new.id.size)
+                    note_arrivals(state, new.id)
                 remember(tally.measures, scene)
                 tally.next_id += new.id.size
                 tally.inserted[source.name] = source.inserted

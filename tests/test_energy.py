@@ -5,7 +5,7 @@ import pytest
 import scenes
 from test_box_belts import PITCH, THICKNESS, add_belt
 
-from beltsim import energy, inp, trajectory
+from beltsim import energy, engine, inp, trajectory
 from beltsim.checkpoint import put_back, take
 from beltsim.engine import begin_stage, state_of
 from beltsim.progress import sentence
@@ -358,7 +358,10 @@ def fed(tmp_path, **output):
         return said, [frame.observables for frame in found]
 
 
-def test_the_balance_of_bulk_that_comes_and_goes_closes(tmp_path):
+@pytest.mark.parametrize("sorted_at", [engine.ENOUGH_TO_SORT, 1])
+def test_the_balance_of_bulk_that_comes_and_goes_closes(tmp_path, monkeypatch, sorted_at):
+    """Also where spheres are sorted by place as new ones come."""
+    monkeypatch.setattr(engine, "ENOUGH_TO_SORT", sorted_at)
     said, frames = fed(tmp_path, fields=("VELOCITY", "ENERGY"))
     last = frames[-1]
     assert last["removed_mass"] > 0.0
