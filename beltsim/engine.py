@@ -202,6 +202,7 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
         (machinery.walls, machinery.tree),
         state.excluded,
         machinery.rods,
+        population.permanent,
     )
     if state.account is not None:
         new = with_books(new)

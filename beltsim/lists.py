@@ -102,10 +102,12 @@ def make_lists(
     walls: tuple[Walls, WallTree],
     excluded: Excluded,
     rods: Rods | None,
+    permanent: int,
 ) -> Lists:
     """All lists at the present positions, without history.
 
-    `chosen` = slots of spheres and of boxes; `excluded` = pairs that do not touch; `rods` = cylinders that fly.
+    `chosen` = slots of spheres and of boxes; `excluded` = pairs that do not touch; `rods` = cylinders that fly;
+    `permanent` = how many particles stay for the whole run.
     """
     spheres, boxes = chosen
     position = particles.position
@@ -122,7 +124,7 @@ def make_lists(
     def between_spheres():
         contacts = among(spheres, rolls=families.rolling, summed=False)
         return ListedSpheres(
-            contacts, crossings_of(contacts.start, contacts.second), families.sphere_material
+            contacts, crossings_of(contacts.start, contacts.second, permanent), families.sphere_material
         )
 
     on_boxes = None

@@ -234,32 +234,41 @@ def scatter_rolling(rolling, touching, count, tile):
 @callee
 def sphere_chunk(particles, shapes, laws, law, contacts, crossings, chunk, time_step):
     """Contacts in the rows of one chunk of particles."""
-    pairs = (contacts.first.view(np.uint32), contacts.second.view(np.uint32))
-    position, radius, material = rows3(particles.position), shapes.radius, shapes.material.view(np.uint32)
-    force, torque = rows3(particles.force), rows3(particles.torque)
-    overlaps, stiffnesses, book = contacts.overlap, contacts.stiffness, contacts.book
     tile, touching = scratch_rows(ROWS, PAIRS), scratch_row(PLACES, np.uint64)
     clear(tile, touching)
-    loads = (*three(tile, LOADS), *three(tile, LOADS + 3), *three(tile, LOADS + 6))
-    first, last = crossings.start[chunk], crossings.start[chunk + 1]
-    stop = contacts.start[last]
-    for begin in range(contacts.start[first], stop, PAIRS):
-        base, count = np.uint64(begin), min(PAIRS, stop - begin)
-        find_gaps(pairs[0], pairs[1], position, radius, overlaps, base, count)
-        found = np.int64(list_touching(overlaps, base, count, touching))
-        note_parted(book, overlaps, stiffnesses, base, count)
-        forget_parted(overlaps, stiffnesses, base, count)
-        gather(particles, radius, contacts, pairs, touching, found, tile)
-        gather_rolling(particles, radius, contacts.rolling, pairs, touching, found, tile)
-        whole = columns_for(found, book)
-        touching_loads(
-            three(tile, APART), three(tile, VELOCITY), three(tile, SPIN_1), three(tile, SPIN_2),
-            (tile[RADIUS_1], tile[RADIUS_2]), (tile[MASSES], tile[MASSES + 1]), tile[INERTIA],
-            three(tile, SPRING), tile[STIFFNESS], three(tile, ROLLING), loads, law, laws, material, pairs, touching,
-            contacts.rolling, book, time_step, whole,
-        )  # fmt: skip
-        scatter(tile, found, touching, pairs, contacts, force, torque, crossings)
-        scatter_rolling(contacts.rolling, touching, found, tile)
+    for kind in range(2):
+        row, last = crossings.start[kind, chunk], crossings.start[kind, chunk + 1]
+        stop = contacts.start[last]
+        for begin in range(contacts.start[row], stop, PAIRS):
+            count = min(PAIRS, stop - begin)
+            sphere_tile(
+                particles, shapes, laws, law, contacts, crossings, begin, count, time_step, tile, touching
+            )
+
+
+@inner
+def sphere_tile(particles, shapes, laws, law, contacts, crossings, begin, count, time_step, tile, touching):
+    """Contacts of `count` pairs from pair `begin` on, `PAIRS` at most, by way of the scratch space."""
+    pairs = (contacts.first.view(np.uint32), contacts.second.view(np.uint32))
+    position, radius, material = rows3(particles.position), shapes.radius, shapes.material.view(np.uint32)
+    overlaps, stiffnesses, book, base = contacts.overlap, contacts.stiffness, contacts.book, np.uint64(begin)
+    find_gaps(pairs[0], pairs[1], position, radius, overlaps, base, count)
+    found = np.int64(list_touching(overlaps, base, count, touching))
+    note_parted(book, overlaps, stiffnesses, base, count)
+    forget_parted(overlaps, stiffnesses, base, count)
+    gather(particles, radius, contacts, pairs, touching, found, tile)
+    gather_rolling(particles, radius, contacts.rolling, pairs, touching, found, tile)
+    touching_loads(
+        three(tile, APART), three(tile, VELOCITY), three(tile, SPIN_1), three(tile, SPIN_2),
+        (tile[RADIUS_1], tile[RADIUS_2]), (tile[MASSES], tile[MASSES + 1]), tile[INERTIA],
+        three(tile, SPRING), tile[STIFFNESS], three(tile, ROLLING),
+        (*three(tile, LOADS), *three(tile, LOADS + 3), *three(tile, LOADS + 6)), law, laws, material, pairs,
+        touching, contacts.rolling, book, time_step, columns_for(found, book),
+    )  # fmt: skip
+    scatter(
+        tile, found, touching, pairs, contacts, rows3(particles.force), rows3(particles.torque), crossings
+    )
+    scatter_rolling(contacts.rolling, touching, found, tile)
 
 
 @callee
@@ -282,14 +291,14 @@ def take_crossings(particles, crossings, chunk):
 @parallel_kernel
 def share_chunks(particles, shapes, laws, law, contacts, crossings, time_step):
     """All chunks by several threads: each adds to its own particles, the rest crosses over afterwards."""
-    for chunk in prange(crossings.start.size - 1):
+    for chunk in prange(crossings.incoming_start.size - 1):
         sphere_chunk(particles, shapes, laws, law, contacts, crossings, np.int64(chunk), time_step)
 
 
 @parallel_kernel
 def share_crossings(particles, crossings):
     """The loads that crossed, by several threads."""
-    for chunk in prange(crossings.start.size - 1):
+    for chunk in prange(crossings.incoming_start.size - 1):
         take_crossings(particles, crossings, np.int64(chunk))
 
 
@@ -299,9 +308,9 @@ def sphere_sphere_pass(particles, shapes, laws, listed, time_step, team):
     contacts, crossings, material = listed
     law = common_law(laws, material)
     if team is None:
-        for chunk in range(crossings.start.size - 1):
+        for chunk in range(crossings.incoming_start.size - 1):
             sphere_chunk(particles, shapes, laws, law, contacts, crossings, chunk, time_step)
-        for chunk in range(crossings.start.size - 1):
+        for chunk in range(crossings.incoming_start.size - 1):
             take_crossings(particles, crossings, chunk)
     else:
         share_chunks(particles, shapes, laws, law, contacts, crossings, time_step)

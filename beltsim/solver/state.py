@@ -113,19 +113,17 @@ class Contacts(NamedTuple):
 class Crossings(NamedTuple):
     """Particles in chunks, one thread's work each, and the loads of pairs whose partners belong to different chunks.
 
-    Chunks depend on the number of particles only, and every sum has its order, so results do not depend on threads.
+    Chunks depend on the particles only, and every sum has its order, so results do not depend on threads.
     """
 
-    start: (
-        Array  # (c + 1,) int64: chunk c owns the particles start[c]:start[c + 1] and the pairs of their rows
-    )
+    start: Array  # (2, c + 1) int64: of permanent and of free particles chunk c owns start[kind, c]:start[kind, c + 1]
     column: Array  # (p,) int32 column of `loads` where the second particle belongs to another chunk, else -1
     loads: (
         Array  # (6, q) force [N] and torque [N m] on those second particles; zero but between the two passes
     )
     incoming_start: Array  # (c + 1,) int64: chunk c takes incoming[incoming_start[c]:incoming_start[c + 1]]
-    incoming: Array  # (q,) int32 columns of `loads`, in the order of the particles that they load
-    loaded: Array  # (q,) int32 those particles
+    incoming: Array  # (q,) int32 columns of `loads`, chunk by chunk
+    loaded: Array  # (q,) int32 the particles that they load
 
 
 class Laws(NamedTuple):

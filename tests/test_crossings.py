@@ -1,0 +1,84 @@
+"""Chunks of particles for threads: they own every particle once, and pairs cross only where two chunks meet."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from beltsim.solver.crossings import LEAST, crossings_of
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(5)
+
+
+def chain(rng, count, reach, low=0):
+    """Pairs (p, 2) of particles low.. with partners up to `reach` slots further on."""
+    first = np.repeat(np.arange(count), 3)
+    second = first + rng.integers(1, reach + 1, first.size)
+    return low + np.stack([first, second], axis=1)[second < count]
+
+
+def listed(pairs, count):
+    """Rows and second particles of a list of pairs."""
+    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    start = np.concatenate([[0], np.cumsum(np.bincount(pairs[:, 0], minlength=count))])
+    return start, pairs[:, 1].astype(np.int32), pairs[:, 0]
+
+
+def scene(name, rng):
+    """Pairs, particles, and how many of them stay: bulk alone, a belt alone, a belt under bulk, bulk out of order."""
+    if name == "bulk":
+        return chain(rng, 9000, 30), 9000, 0
+    if name == "belt":
+        return chain(rng, 6000, 30), 6000, 6000
+    under = np.arange(4000)
+    above = 4000 + 2 * under + rng.integers(0, 3, 4000)
+    if name == "shuffled":
+        rng.shuffle(above)
+    contact = np.stack([under, above], axis=1)[above < 12000]
+    return np.concatenate([contact, chain(rng, 8000, 30, 4000)]), 12000, 4000
+
+
+@pytest.mark.parametrize("name", ["bulk", "belt", "belt under bulk", "shuffled"])
+def test_every_particle_has_one_owner_and_crossing_pairs_are_those_of_two_owners(name, rng):
+    pairs, count, permanent = scene(name, rng)
+    start, second, first = listed(pairs, count)
+    found = crossings_of(start, second, permanent)
+    owner = np.full(count, -1)
+    for kind in found.start:
+        for chunk, (low, high) in enumerate(pairwise(kind)):
+            assert np.all(owner[low:high] == -1)
+            owner[low:high] = chunk
+    assert np.all(owner >= 0)
+    crosses = owner[first] != owner[second]
+    assert np.array_equal(found.column >= 0, crosses)
+    # Each crossing pair has a place of its own, and its load arrives once, in its owner's chunk.
+    assert np.array_equal(np.sort(found.column[crosses]), np.arange(crosses.sum()))
+    loaded = np.empty(crosses.sum(), int)
+    loaded[found.column[crosses]] = second[crosses]
+    assert np.array_equal(found.loaded, loaded[found.incoming])
+    assert np.array_equal(np.sort(found.incoming), np.arange(crosses.sum()))
+    assert np.array_equal(
+        np.bincount(owner[found.loaded], minlength=found.start.shape[1] - 1), np.diff(found.incoming_start)
+    )
+
+
+@pytest.mark.parametrize("name", ["bulk", "belt", "belt under bulk"])
+def test_few_pairs_cross_where_particles_are_in_the_order_of_places(name, rng):
+    """A stretch of 16 mean reaches, 248 slots, or the least of 512: a pair crosses with 15.5 / 512 or 3 %."""
+    pairs, count, permanent = scene(name, rng)
+    start, second, _ = listed(pairs, count)
+    found = crossings_of(start, second, permanent)
+    chunks = found.start.shape[1] - 1
+    assert chunks >= 0.5 * (8000 if permanent == 4000 else count) / LEAST
+    assert chunks % 2 == 0
+    assert np.mean(found.column >= 0) < 0.06
+
+
+def test_a_few_particles_are_one_chunk(rng):
+    start, second, _ = listed(chain(rng, 100, 10), 100)
+    found = crossings_of(start, second, 0)
+    assert found.start.tolist() == [[0, 0], [0, 100]]
+    assert np.all(found.column == -1)
