@@ -180,6 +180,19 @@ def in_turn(n, chunks):
     return min(n + 1, chunks - 1)
 
 
+@inner
+def last_loaded(n, chunks):
+    """The last chunk that the first n + 1 chunks in turn load: each loads the next one too."""
+    return max(in_turn(n, chunks), in_turn(max(n - 1, 0), chunks)) + 1
+
+
+@callee
+def bonds_across(particles, bonds, runs, kinds, strength, step, time_step):
+    """`add_bonds` for the pieces that reach farther than the next chunk, like the seam of a loop."""
+    start, stop = runs.chunk[runs.chunk.size - 1], runs.base.size
+    return add_bonds(start, stop, particles, bonds, runs, kinds, strength, step, time_step)
+
+
 @pass_kernel
 def bond_pass(particles, bonds, runs, kinds, strength, step, time_step=0.0, team=None):
     """Add the elastic and viscous loads of all intact bonds to their particles.
@@ -193,9 +206,7 @@ def bond_pass(particles, bonds, runs, kinds, strength, step, time_step=0.0, team
             wound += bond_chunk(in_turn(n, chunks), particles, bonds, runs, kinds, strength, step, time_step)
     else:
         wound += bond_chunks(particles, bonds, runs, kinds, strength, step, time_step)
-    rest = runs.chunk[chunks]
-    wound += add_bonds(rest, runs.base.size, particles, bonds, runs, kinds, strength, step, time_step)
-    bonds.wound[0] = wound
+    bonds.wound[0] = wound + bonds_across(particles, bonds, runs, kinds, strength, step, time_step)
 
 
 @maker
