@@ -68,7 +68,7 @@ def outer_step(state: State, inner: int) -> None:
     bonds', and springs would creep with the difference (places were 30 times as far off).
     """
     particles, outer = state.scene.population.particles, inner * state.stage.time_step
-    kick(particles, outer, None)
+    kick(particles, outer)
     advance(*bonds_alone(state), 0)
     before, spin = particles.position.copy(), np.zeros_like(particles.angular_velocity)
     stale = False
@@ -84,7 +84,7 @@ def outer_step(state: State, inner: int) -> None:
     particles.angular_velocity[:] = spin
     advance(*contacts_alone(state, outer), 0)
     particles.velocity[:] = velocity
-    kick(particles, outer, None)
+    kick(particles, outer)
     if stale:
         renew_lists(state)
 

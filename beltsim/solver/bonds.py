@@ -161,14 +161,12 @@ def bond_chunk(c, particles, bonds, runs, kinds, strength, step, time_step):
 
 
 @parallel_kernel
-def bond_chunks(particles, bonds, runs, kinds, strength, step, time_step):
-    """`bond_chunk` of all chunks by several threads: even ones, then odd ones, since each loads the next one too."""
-    chunks = runs.chunk.size - 1
+def bond_chunks(parity, particles, bonds, runs, kinds, strength, step, time_step):
+    """`bond_chunk` of the even or the odd chunks by several threads: each chunk loads the next one too."""
+    chunks = (runs.chunk.size - parity) // 2
     wound = np.zeros(chunks, np.int64)
-    for n in prange((chunks + 1) // 2):
-        wound[2 * n] = bond_chunk(2 * n, particles, bonds, runs, kinds, strength, step, time_step)
-    for n in prange(chunks // 2):
-        wound[2 * n + 1] = bond_chunk(2 * n + 1, particles, bonds, runs, kinds, strength, step, time_step)
+    for n in prange(chunks):
+        wound[n] = bond_chunk(2 * n + parity, particles, bonds, runs, kinds, strength, step, time_step)
     return wound.sum()
 
 
@@ -205,7 +203,8 @@ def bond_pass(particles, bonds, runs, kinds, strength, step, time_step=0.0, team
         for n in range(chunks):
             wound += bond_chunk(in_turn(n, chunks), particles, bonds, runs, kinds, strength, step, time_step)
     else:
-        wound += bond_chunks(particles, bonds, runs, kinds, strength, step, time_step)
+        wound += bond_chunks(0, particles, bonds, runs, kinds, strength, step, time_step)
+        wound += bond_chunks(1, particles, bonds, runs, kinds, strength, step, time_step)
     bonds.wound[0] = wound + bonds_across(particles, bonds, runs, kinds, strength, step, time_step)
 
 

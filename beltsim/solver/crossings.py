@@ -27,8 +27,8 @@ def crossings_of(start: Array, second: Array, permanent: int) -> Crossings:
     The first `permanent` particles stay for the whole run, the others are free and sorted by place.
     """
     bounds = bounds_of(start, second, permanent)
-    column, incoming_start, incoming, loaded = share_out(start, second, bounds)
-    return Crossings(bounds, column, np.zeros((6, incoming.size)), incoming_start, incoming, loaded)
+    column, loaded = share_out(start, second, bounds)
+    return Crossings(bounds, column, np.zeros((6, loaded.size)), loaded)
 
 
 def bounds_of(start: Array, second: Array, permanent: int) -> Array:
@@ -79,28 +79,17 @@ def following_ends(low: int, high: int, slots: Array, partners: Array, ends: Arr
 
 @maker
 def share_out(start, second, bounds):
-    """Columns of the crossing pairs, and the same columns sorted by the chunk that they load."""
-    column = np.full(second.size, -1, np.int32)
-    chunks = bounds.shape[1] - 1
+    """Columns of the crossing pairs, -1 for the others, and the particles that they load."""
+    column, loaded = np.full(second.size, -1, np.int32), np.empty(second.size, np.int32)
     owner = np.empty(start.size - 1, np.int32)
     for kind in range(2):
-        for chunk in range(chunks):
-            owner[bounds[kind, chunk] : bounds[kind, chunk + 1]] = chunk
-    count = np.zeros(chunks + 1, np.int64)
+        for chunk in range(bounds.shape[1] - 1):
+            for i in range(bounds[kind, chunk], bounds[kind, chunk + 1]):
+                owner[i] = chunk
     crossing = 0
     for i in range(start.size - 1):
         for k in range(start[i], start[i + 1]):
             if owner[second[k]] != owner[i]:
-                column[k] = crossing
+                column[k], loaded[crossing] = crossing, second[k]
                 crossing += 1
-                count[owner[second[k]] + 1] += 1
-    for chunk in range(chunks):
-        count[chunk + 1] += count[chunk]
-    incoming, loaded = np.empty(crossing, np.int32), np.empty(crossing, np.int32)
-    incoming_start = count.copy()
-    for k in range(second.size):
-        if column[k] >= 0:
-            chunk = owner[second[k]]
-            incoming[count[chunk]], loaded[count[chunk]] = column[k], second[k]
-            count[chunk] += 1
-    return column, incoming_start, incoming, loaded
+    return column, loaded[:crossing].copy()

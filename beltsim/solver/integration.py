@@ -269,22 +269,11 @@ def last_half_kick(start, count, velocity, momentum, force, torque, mass, moves,
             momentum[c][i] += half * turns[i] * torque[c][i]
 
 
-@parallel_kernel
-def weigh_chunks(particles, gravity, drag, wind):
-    """`weigh_chunk` of all chunks by several threads."""
-    for c in prange(chunks_in(particles.mass.size)):
-        weigh_chunk(c, particles, gravity, drag, wind)
-
-
 @callee
-def weigh(particles, environment, team):
-    """Begin the sum of all loads with gravity and global damping."""
-    gravity, drag, wind = environment.gravity, environment.drag, environment.wind
-    if team is None:
-        for c in range(chunks_in(particles.mass.size)):
-            weigh_chunk(c, particles, gravity, drag, wind)
-    else:
-        weigh_chunks(particles, gravity, drag, wind)
+def weigh(particles, environment):
+    """Begin the sum of all loads with gravity and global damping; by one thread, since few steps need it."""
+    for c in range(chunks_in(particles.mass.size)):
+        weigh_chunk(c, particles, environment.gravity, environment.drag, environment.wind)
 
 
 @callee
@@ -305,21 +294,11 @@ def kick_chunk(c, particles, time_step):
     )
 
 
-@parallel_kernel
-def kick_chunks(particles, time_step):
-    """`kick_chunk` of all chunks by several threads."""
-    for c in prange(chunks_in(particles.mass.size)):
-        kick_chunk(c, particles, time_step)
-
-
 @kernel
-def kick(particles, time_step, team):
-    """Second half kick of all particles."""
-    if team is None:
-        for c in range(chunks_in(particles.mass.size)):
-            kick_chunk(c, particles, time_step)
-    else:
-        kick_chunks(particles, time_step)
+def kick(particles, time_step):
+    """Second half kick of all particles; by one thread, since few steps need it."""
+    for c in range(chunks_in(particles.mass.size)):
+        kick_chunk(c, particles, time_step)
 
 
 @kernel

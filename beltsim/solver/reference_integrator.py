@@ -71,7 +71,7 @@ def drift(particles, environment, time_step, reach, cap):
 def kick_by(particles, time_step):
     """Push of all particles by the present loads over a time."""
     # `kick` is half a step of Verlet.
-    kick(particles, 2.0 * time_step, None)
+    kick(particles, 2.0 * time_step)
 
 
 @kernel
@@ -81,7 +81,7 @@ def advance_reference(
     """Up to `steps` steps of PEFRL; parameters and result as `steps.advance`. Parts stay where they are."""
     dt = clock.time_step
     if steps == 0:
-        weigh(particles, environment, None)
+        weigh(particles, environment)
         find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock)
     for n in range(steps):
         done = 0.0
@@ -96,7 +96,7 @@ def advance_reference(
             done += share
             if stage < 4:
                 now = Clock(dt, clock.start + done * dt, clock.step + n, clock.skin, clock.cap)
-                weigh(particles, environment, None)
+                weigh(particles, environment)
                 find_forces(
                     particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now
                 )

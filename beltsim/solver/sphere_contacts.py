@@ -272,11 +272,11 @@ def sphere_tile(particles, shapes, laws, law, contacts, crossings, begin, count,
 
 
 @callee
-def take_crossings(particles, crossings, chunk):
-    """Add the loads that crossed into a chunk from those before it."""
+def take_crossings(particles, crossings):
+    """Add the loads that crossed from one chunk to another; by one thread, since they are few."""
     force, torque, loads = particles.force, particles.torque, crossings.loads
-    for place in range(crossings.incoming_start[chunk], crossings.incoming_start[chunk + 1]):
-        column, i = crossings.incoming[place], crossings.loaded[place]
+    for column in range(crossings.loaded.size):
+        i = crossings.loaded[column]
         for c in range(3):
             force[c, i] += loads[c, column]
             torque[c, i] += loads[3 + c, column]
@@ -284,22 +284,14 @@ def take_crossings(particles, crossings, chunk):
             loads[3 + c, column] = 0.0
 
 
-# Two functions, since numba would fuse two loops of the same length into one; int64, since the index of prange is
-# unsigned and would compile another body.
-
-
 @parallel_kernel
 def share_chunks(particles, shapes, laws, law, contacts, crossings, time_step):
-    """All chunks by several threads: each adds to its own particles, the rest crosses over afterwards."""
-    for chunk in prange(crossings.incoming_start.size - 1):
+    """All chunks by several threads: each adds to its own particles, the rest crosses over afterwards.
+
+    int64, since the index of prange is unsigned and would compile another body.
+    """
+    for chunk in prange(crossings.start.shape[1] - 1):
         sphere_chunk(particles, shapes, laws, law, contacts, crossings, np.int64(chunk), time_step)
-
-
-@parallel_kernel
-def share_crossings(particles, crossings):
-    """The loads that crossed, by several threads."""
-    for chunk in prange(crossings.incoming_start.size - 1):
-        take_crossings(particles, crossings, np.int64(chunk))
 
 
 @pass_kernel
@@ -308,13 +300,11 @@ def sphere_sphere_pass(particles, shapes, laws, listed, time_step, team):
     contacts, crossings, material = listed
     law = common_law(laws, material)
     if team is None:
-        for chunk in range(crossings.incoming_start.size - 1):
+        for chunk in range(crossings.start.shape[1] - 1):
             sphere_chunk(particles, shapes, laws, law, contacts, crossings, chunk, time_step)
-        for chunk in range(crossings.incoming_start.size - 1):
-            take_crossings(particles, crossings, chunk)
     else:
         share_chunks(particles, shapes, laws, law, contacts, crossings, time_step)
-        share_crossings(particles, crossings)
+    take_crossings(particles, crossings)
 
 
 def common_law(laws, material):

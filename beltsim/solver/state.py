@@ -121,8 +121,6 @@ class Crossings(NamedTuple):
     loads: (
         Array  # (6, q) force [N] and torque [N m] on those second particles; zero but between the two passes
     )
-    incoming_start: Array  # (c + 1,) int64: chunk c takes incoming[incoming_start[c]:incoming_start[c + 1]]
-    incoming: Array  # (q,) int32 columns of `loads`, chunk by chunk
     loaded: Array  # (q,) int32 the particles that they load
 
 

@@ -213,7 +213,7 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
     spins, slides, amplitudes = drives
     dt = clock.time_step
     if steps == 0:
-        weigh(particles, environment, environment.team)
+        weigh(particles, environment)
         find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock)
     left = (
         0.0  # duration of the second half kick that goes with the next drift: one way through memory, not two
@@ -243,7 +243,7 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         add_part_work(parts, slides, environment.part_work, 0.5 * dt)
         note_first_half(ledger, particles, parts, spins, slides, given, amplitudes, environment, time, dt)
         if ledger is not None:
-            weigh(particles, environment, environment.team)
+            weigh(particles, environment)
         find_forces(
             particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now, bonded
         )
@@ -256,7 +256,7 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         reason = why_stop(belt, environment, clock, fast, far)
         left = 0.5 * dt if ledger is None and reason == DONE and n + 1 < steps else 0.0
         if left == 0.0:
-            kick(particles, dt, environment.team)
+            kick(particles, dt)
             guide(particles, environment.guided, amplitudes, time + dt)
         if reason != DONE:
             return n + 1, reason
