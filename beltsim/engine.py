@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -142,8 +143,11 @@ def source_sizes(scene: Scene) -> np.ndarray:
     return np.array([body.edge_radius for body in scene.population.bodies if body.shape == SPHERE])
 
 
-def begin_stage(state: State, stage: Stage) -> None:
-    """Start a stage: its drives, its step, and the forces at its first moment."""
+def begin_stage(state: State, stage: Stage, passes: Callable[[], None] = lambda: None) -> None:
+    """Start a stage: its drives, its step, and the forces at its first moment.
+
+    `passes` is called when the kernels of the passes are about to be needed.
+    """
     scene, account, before = state.scene, state.account, 0.0
     if account is not None and state.stage is not None:
         before = energy_in_motion(state)
@@ -155,6 +159,7 @@ def begin_stage(state: State, stage: Stage) -> None:
     prescribe_parts(scene.machinery.parts, stage.spins, stage.slides, scene.amplitudes, stage.start)
     guide(scene.population.particles, stage.guided, scene.amplitudes, stage.start)
     renew_lists(state)
+    passes()
     find_forces(state)
     if account is not None:
         open_stage(state, before)

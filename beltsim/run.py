@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from beltsim.ahead import helped, passes_of, without_collection
 from beltsim.breakage import Breaks, gather_breaks
 from beltsim.energy import OBSERVABLES as TERMS
 from beltsim.energy import account_of, departing, drift, note_arrivals, note_departures
@@ -33,7 +34,7 @@ from beltsim.signals import Stop, Stopped
 from beltsim.solver.steps import GivenLoads
 from beltsim.source import Source, arrivals, pause_of, planned_count, source_of
 from beltsim.stepsize import choose, present_limit, refuse_reference
-from beltsim.threads import start_team, team_of, too_many
+from beltsim.threads import permitted, start_team, team_of, too_many
 from beltsim.trajectory import Frame, TrajectoryWriter
 from beltsim.turnover import insert, outside, remove
 
@@ -147,11 +148,14 @@ def run(
         state.account = account_of(scene)
     contents = contents_of(scene, arriving, outputs[0] if outputs else None, tally.measures)
     state.team = team_of(threads, scene.population.count + arriving)
-    provenance = {**(provenance or {}), **start_team(state.team)}
-    first = prepare(state, scene.steps[0], 0.0, say, allow_unstable)
-    planned = planned_frames(scene, outputs, end)
-    say("preparing kernels; a scene of a new kind compiles them first, once, in about a quarter of a minute")
-    compile_kernels(state, first, tally)
+    with without_collection(), helped(passes_of(state), permitted()) as finish_passes:
+        provenance = {**(provenance or {}), **start_team(state.team)}
+        first = prepare(state, scene.steps[0], 0.0, say, allow_unstable)
+        planned = planned_frames(scene, outputs, end)
+        say(
+            "preparing kernels; a scene of a new kind compiles them first, once, in about a quarter of a minute"
+        )
+        compile_kernels(state, first, tally, finish_passes)
     tally.messages += [
         *overlap_warnings(state),
         *until_warnings(scene, until),
@@ -235,10 +239,10 @@ def given_loads(scene: Scene, step_name: str | None) -> GivenLoads | None:
     )
 
 
-def compile_kernels(state: State, stage: Stage, tally: Tally) -> None:
+def compile_kernels(state: State, stage: Stage, tally: Tally, finish_passes=lambda: None) -> None:
     """Begin a stage; the first time this compiles, which never counts in speed figures."""
     clock = time.perf_counter()
-    begin_stage(state, stage)
+    begin_stage(state, stage, finish_passes)
     if state.total_steps == 0:  # the first new lists take over the history of the old ones: another kernel
         renew_lists(state)
         find_forces(state)

@@ -122,7 +122,7 @@ def scattered_piece(r, particles, bonds, runs, kinds, limits, over, loads, half)
     return counts
 
 
-@callee
+@pass_kernel
 def add_bonds(start, stop, particles, bonds, runs, kinds, strength, step, time_step):
     """Add the loads of the pieces from `start` to `stop` to their particles; returns how many bonds are wound up."""
     position, velocity = rows3(particles.position), rows3(particles.velocity)
@@ -191,7 +191,7 @@ def bonds_across(particles, bonds, runs, kinds, strength, step, time_step):
     return add_bonds(start, stop, particles, bonds, runs, kinds, strength, step, time_step)
 
 
-@pass_kernel
+@callee
 def bond_pass(particles, bonds, runs, kinds, strength, step, time_step=0.0, team=None):
     """Add the elastic and viscous loads of all intact bonds to their particles.
 

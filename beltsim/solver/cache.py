@@ -105,6 +105,15 @@ class Store:
         dispatcher._cache.save_overload = save_alone
 
 
+def holds(dispatcher, types: tuple) -> bool:
+    """Whether a kernel of numba has been kept for arguments of some types; also if nobody can say."""
+    cache = dispatcher._cache
+    try:
+        return cache._index_key(types, dispatcher.targetctx.codegen()) in cache._cache_file._load_index()
+    except (OSError, AttributeError):
+        return True
+
+
 def hold(folder: Path) -> int:
     """Make a folder if need be, note its use, and lock it against removal until the process ends; returns the lock."""
     while True:

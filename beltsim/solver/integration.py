@@ -11,7 +11,7 @@ import numpy as np
 from numba import prange
 
 from beltsim.solver.chunks import chunk_of, chunks_in
-from beltsim.solver.jit import callee, inner, kernel, parallel_kernel, vector_kernel
+from beltsim.solver.jit import callee, inner, kernel, parallel_kernel, pass_kernel, vector_kernel
 from beltsim.solver.vectors import (
     at,
     at4,
@@ -192,7 +192,7 @@ def weigh_chunk(c, particles, gravity, drag, wind):
     begin_sum(start, count, force, torque, velocity, particles.mass, gravity, drag, wind)
 
 
-@callee
+@pass_kernel
 def drift_chunk(c, particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap):
     """First half kick and drift of chunk c; returns the counts of `translate`.
 

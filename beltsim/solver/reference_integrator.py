@@ -82,7 +82,9 @@ def advance_reference(
     dt = clock.time_step
     if steps == 0:
         weigh(particles, environment)
-        find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock)
+        find_forces(
+            particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock, False
+        )
     for n in range(steps):
         done = 0.0
         far = fast = lost = 0
@@ -98,7 +100,18 @@ def advance_reference(
                 now = Clock(dt, clock.start + done * dt, clock.step + n, clock.skin, clock.cap)
                 weigh(particles, environment)
                 find_forces(
-                    particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now
+                    particles,
+                    shapes,
+                    laws,
+                    belt,
+                    strength,
+                    lists,
+                    parts,
+                    drives,
+                    given,
+                    environment,
+                    now,
+                    False,
                 )
                 push = 0.5 - LAMBDA if stage == 0 or stage == 3 else LAMBDA
                 kick_by(particles, push * dt)

@@ -107,7 +107,7 @@ def add_given_loads(particles, given, amplitudes, time):
 
 @callee
 def find_forces(
-    particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock, bonded=False
+    particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock, bonded
 ):
     """All loads at the present positions, at the time of the clock.
 
@@ -214,7 +214,9 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
     dt = clock.time_step
     if steps == 0:
         weigh(particles, environment)
-        find_forces(particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock)
+        find_forces(
+            particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock, False
+        )
     left = (
         0.0  # duration of the second half kick that goes with the next drift: one way through memory, not two
     )
