@@ -19,18 +19,21 @@ import numpy as np
 from beltsim.energy import with_books
 from beltsim.engine import State
 from beltsim.lists import ListedSpheres, Lists
-from beltsim.solver.bonds import add_bonds
+from beltsim.solver.bonds import add_bonds, bond_chunks
 from beltsim.solver.box_cylinder_contacts import box_cylinder_pass
 from beltsim.solver.cache import holds
 from beltsim.solver.contacts import sphere_part_pass
 from beltsim.solver.crossings import crossings_of
-from beltsim.solver.integration import drift_chunk
-from beltsim.solver.jit import STORE
+from beltsim.solver.integration import drift_chunk, drift_chunks
+from beltsim.solver.jit import STORE, Callee
 from beltsim.solver.neighbours import empty_contacts
 from beltsim.solver.sphere_box_contacts import sphere_box_pass
 from beltsim.solver.sphere_contacts import sphere_sphere_pass
 
 Job = tuple[object, tuple]  # a dispatcher of numba and the types of its arguments
+
+STEP = 0.1
+"""Some time [s]: only its type counts."""
 
 
 def without_pairs(families) -> Lists:
@@ -52,32 +55,39 @@ def without_pairs(families) -> Lists:
 
 def passes_of(state: State) -> list[Job]:
     """The passes that the steps of a scene call, those that take longest to compile first."""
-    scene, lists, step = state.scene, without_pairs(state.families), 0.1
+    found = [*passes_over_contacts(state), *passes_over_particles(state)]
+    return [(each.compiled, tuple(map(numba.typeof, arguments))) for each, arguments in found]
+
+
+def passes_over_contacts(state: State) -> Iterator[tuple[Callee, tuple]]:
+    """Passes over pairs and their arguments, of any values."""
+    scene, lists = state.scene, without_pairs(state.families)
     if state.account is not None:
         lists = with_books(lists)
     bodies = (scene.population.particles, scene.shapes, scene.laws)
-    found = []
     if lists.boxes is not None:
-        found.append((sphere_box_pass, (*bodies, lists.boxes[0], step)))
+        yield sphere_box_pass, (*bodies, lists.boxes[0], STEP)
     if lists.box_parts is not None:
-        found.append((box_cylinder_pass, (*bodies, lists.box_parts[0], scene.machinery.parts, step)))
-    if scene.bonds is not None:
-        belt = (bodies[0], scene.bonds, scene.runs, scene.kinds, scene.strength)
-        found.append((add_bonds, (0, 0, *belt, 0, step)))
+        yield box_cylinder_pass, (*bodies, lists.box_parts[0], scene.machinery.parts, STEP)
     if lists.spheres is not None:
-        found.append((sphere_sphere_pass, (*bodies, lists.spheres, step, state.team)))
+        yield sphere_sphere_pass, (*bodies, lists.spheres, STEP, state.team)
     if lists.sphere_parts is not None:
-        parts = (lists.sphere_parts[0], scene.machinery.parts, None)
-        found.append((sphere_part_pass, (*bodies, *parts, step, state.team)))
-    ledger = None if state.account is None else state.account.ledger
-    air = (tuple(scene.gravity), step, (step, step, step))
-    found.append(
-        (
-            drift_chunk,
-            (0, bodies[0], scene.population.particles.position, *air, ledger, step, step, step, step),
+        yield (
+            sphere_part_pass,
+            (*bodies, lists.sphere_parts[0], scene.machinery.parts, None, STEP, state.team),
         )
-    )
-    return [(each.compiled, tuple(map(numba.typeof, arguments))) for each, arguments in found]
+
+
+def passes_over_particles(state: State) -> Iterator[tuple[Callee, tuple]]:
+    """Passes over bonds and particles and their arguments, of any values; with threads, what shares them out."""
+    scene, particles = state.scene, state.scene.population.particles
+    if scene.bonds is not None:
+        belt = (particles, scene.bonds, scene.runs, scene.kinds, scene.strength, 0, STEP)
+        yield (add_bonds, (0, 0, *belt)) if state.team is None else (bond_chunks, (0, *belt))
+    ledger = None if state.account is None else state.account.ledger
+    air = (tuple(scene.gravity), STEP, (STEP, STEP, STEP))
+    motion = (particles, particles.position, *air, ledger, STEP, STEP, STEP, STEP)
+    yield (drift_chunk, (0, *motion)) if state.team is None else (drift_chunks, motion)
 
 
 @contextmanager

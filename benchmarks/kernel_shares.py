@@ -43,6 +43,7 @@ def forces_with(state: State, belt: bool, family: str | None):
 
 def shares(state: State, steps: int = 200) -> dict:
     """Microseconds a step of each pass, what whole steps take, and how many pairs there are."""
+    advance_by(state, steps)  # what was not used for long may have been taken out of the memory
     builds, start = state.list_builds, time.process_time()
     advance_by(state, steps)
     whole = (time.process_time() - start) / steps
