@@ -152,9 +152,7 @@ def run(
         provenance = {**(provenance or {}), **start_team(state.team)}
         first = prepare(state, scene.steps[0], 0.0, say, allow_unstable)
         planned = planned_frames(scene, outputs, end)
-        say(
-            "preparing kernels; a scene of a new kind compiles them first, once, in about a quarter of a minute"
-        )
+        say("preparing kernels; a scene of a new kind compiles them first, once, in half a minute at most")
         compile_kernels(state, first, tally, finish_passes)
     tally.messages += [
         *overlap_warnings(state),

@@ -110,7 +110,7 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", default=list(SCENES), help="S1, S2, S3; default all")
     parser.add_argument("--rounds", type=int, default=5, help="runs of each, by turns; default 5")
     given = parser.parse_args()
-    start_team(max(filter(None, TEAMS)))  # before numba starts threads of its own choice, which wait otherwise
+    start_team(max(filter(None, TEAMS)))  # numba would start threads that wait in another way
     part = {"machine": machine_gain(), "load": os.getloadavg()[0]}
     print({name: f"{value:.2f}" for name, value in part["machine"].items()})
     for name in given.scenes:
