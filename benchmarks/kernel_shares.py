@@ -43,7 +43,9 @@ def forces_with(state: State, belt: bool, family: str | None):
 
 def shares(state: State, steps: int = 200) -> dict:
     """Microseconds a step of each pass, what whole steps take, and how many pairs there are."""
-    advance_by(state, steps)  # what was not used for long may have been taken out of the memory
+    waiting = time.process_time()
+    while time.process_time() < waiting + 0.5:  # a core that has waited is slow at first: twice as slow for some 50 ms
+        advance_by(state, steps)
     builds, start = state.list_builds, time.process_time()
     advance_by(state, steps)
     whole = (time.process_time() - start) / steps
