@@ -9,7 +9,7 @@ import numpy as np
 
 from beltsim.console import CommandError, ExitCode
 from beltsim.diagnosis import diagnosis, wound_diagnosis
-from beltsim.energy import Account, close_lists, energy_in_motion, open_stage, with_books
+from beltsim.energy import Account, close_lists, energy_in_motion, held_back, open_stage, with_books
 from beltsim.exclusions import Excluded, excluded_at_start, renewed
 from beltsim.lists import (
     Bonded,
@@ -148,9 +148,9 @@ def begin_stage(state: State, stage: Stage, passes: Callable[[], None] = lambda:
 
     `passes` is called when the kernels of the passes are about to be needed.
     """
-    scene, account, before = state.scene, state.account, 0.0
+    scene, account, before, held = state.scene, state.account, 0.0, 0.0
     if account is not None and state.stage is not None:
-        before = energy_in_motion(state)
+        before, held = energy_in_motion(state), held_back(state)
     released = np.zeros(0, np.int32)
     if state.stage is not None:
         released = led_slots(state.stage.guided, state.stage.pivots)
@@ -162,7 +162,7 @@ def begin_stage(state: State, stage: Stage, passes: Callable[[], None] = lambda:
     passes()
     find_forces(state)
     if account is not None:
-        open_stage(state, before)
+        open_stage(state, before, held)
 
 
 def find_forces(state: State) -> None:
