@@ -44,7 +44,7 @@ def forces_with(state: State, belt: bool, family: str | None):
 def shares(state: State, steps: int = 200) -> dict:
     """Microseconds a step of each pass, what whole steps take, and how many pairs there are."""
     waiting = time.process_time()
-    while time.process_time() < waiting + 0.5:  # a core that has waited is slow at first: twice as slow for some 50 ms
+    while time.process_time() < waiting + 0.5:  # a core that has waited is half as fast for some 50 ms
         advance_by(state, steps)
     builds, start = state.list_builds, time.process_time()
     advance_by(state, steps)
