@@ -44,6 +44,14 @@ class CommandError(Exception):
     exit_code: ExitCode = ExitCode.INVALID_INPUT
 
 
+class Ending(BaseException):
+    """An end that nothing on its way may catch but `guarded`; no `Exception`: the compiler of kernels catches those."""
+
+    def __init__(self, message: str, exit_code: ExitCode):
+        super().__init__(message)
+        self.exit_code = exit_code
+
+
 class UsageProblem(CommandError):
     """The options or file names are off (exit code 2)."""
 
@@ -63,7 +71,7 @@ def guarded(command: Callable) -> Callable:
     def wrapper(*args, **kwargs):
         try:
             return command(*args, **kwargs)
-        except CommandError as error:
+        except (CommandError, Ending) as error:
             say(str(error))
             raise SystemExit(int(error.exit_code)) from None
         except BrokenPipeError:

@@ -9,8 +9,9 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from beltsim.console import CommandError, ExitCode
+from beltsim.console import CommandError, Ending, ExitCode
 
+PREPARING = "stopped while preparing, between two frames"
 LATER = 0.02  # s until a signal whose exception was lost comes again
 
 
@@ -22,8 +23,11 @@ class Stopped(CommandError):
         self.exit_code = exit_code
 
 
-class AtOnce(BaseException):
-    """Thrown by a signal. No `Exception`: the compiler of kernels catches those."""
+class AtOnce(Ending):
+    """Thrown by a signal, wherever that comes."""
+
+    def __init__(self, exit_code: ExitCode):
+        super().__init__(PREPARING, exit_code)
 
 
 class Stop:
@@ -44,7 +48,7 @@ class Stop:
         before, self.at_once = self.at_once, at_once
         try:
             if at_once and self.code is not None:
-                raise AtOnce
+                raise AtOnce(self.code)
             yield
         finally:
             self.at_once = before
@@ -56,12 +60,13 @@ class Stop:
             raise KeyboardInterrupt
         self.code = ExitCode.INTERRUPTED if number == signal.SIGINT else ExitCode.TERMINATED
         if self.at_once:
-            raise AtOnce(number)
+            raise AtOnce(self.code)
 
     def throw_again(self, lost) -> None:
         """Python's hook for what is thrown in finalizers and in callbacks of LLVM: it goes no further than there."""
         if isinstance(lost.exc_value, AtOnce):
-            self.again = threading.Timer(LATER, os.kill, (os.getpid(), lost.exc_value.args[0]))
+            number = signal.SIGINT if self.code == ExitCode.INTERRUPTED else signal.SIGTERM
+            self.again = threading.Timer(LATER, os.kill, (os.getpid(), number))
             self.again.start()
         else:
             sys.__unraisablehook__(lost)
@@ -86,7 +91,7 @@ def signals() -> Iterator[Stop]:
     except (AtOnce, Exception) as error:
         # A compiler whose callback was cut short by a signal fails in ways of its own.
         if isinstance(error, AtOnce) or stop.again is not None:
-            raise Stopped("stopped while preparing, between two frames", stop.code) from None
+            raise Stopped(PREPARING, stop.code) from None
         raise
     finally:
         if stop.again is not None:

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from beltconverter.cli import main as beltconvert
 from beltsim import signals, trajectory
 from beltsim.cli import main as beltsim
-from beltsim.console import ExitCode
+from beltsim.console import ExitCode, guarded
 from partconverter.cli import main as partconvert
 
 TAIL = """
@@ -245,6 +245,21 @@ def test_a_signal_while_kernels_compile_ends_the_run_at_once(ball, tmp_path, num
     assert errors == "stopped while preparing, between two frames\n"
     assert earlier.read_text() == "as it was"
     assert not [path for path in (tmp_path / "cache").rglob("*") if ".tmp." in path.name]
+
+
+def test_a_signal_on_the_way_out_of_everything_is_an_end_in_good_order(capsys):
+    """Sent again, it may come while another error leaves the run already, when nobody looks for it but the command."""
+
+    @guarded
+    def command():
+        with signals.signals() as stop:
+            stop.code = ExitCode.TERMINATED
+        raise signals.AtOnce(stop.code)
+
+    with pytest.raises(SystemExit) as end:
+        command()
+    assert end.value.code == ExitCode.TERMINATED
+    assert capsys.readouterr().err == "stopped while preparing, between two frames\n"
 
 
 class Dying:
