@@ -63,12 +63,15 @@ class Stop:
             raise AtOnce(self.code)
 
     def throw_again(self, lost) -> None:
-        """Python's hook for what is thrown in finalizers and in callbacks of LLVM: it goes no further than there."""
+        """Python's hook for what is thrown in finalizers and in callbacks of LLVM: it goes no further than there.
+
+        Once a signal has come, nothing else is said of what is lost.
+        """
         if isinstance(lost.exc_value, AtOnce):
             number = signal.SIGINT if self.code == ExitCode.INTERRUPTED else signal.SIGTERM
             self.again = threading.Timer(LATER, os.kill, (os.getpid(), number))
             self.again.start()
-        else:
+        elif self.code is None:
             sys.__unraisablehook__(lost)
 
 
@@ -91,6 +94,8 @@ def signals() -> Iterator[Stop]:
     except (AtOnce, Exception) as error:
         # A compiler whose callback was cut short by a signal fails in ways of its own.
         if isinstance(error, AtOnce) or stop.again is not None:
+            # What it has half built complains when it is taken away, if only as Python ends.
+            hook = stop.throw_again
             raise Stopped(PREPARING, stop.code) from None
         raise
     finally:

@@ -278,8 +278,9 @@ def fail():
 
 
 @pytest.mark.parametrize("after", [wait, fail])
-def test_a_signal_whose_exception_is_lost_ends_the_run_all_the_same(capfd, after):
+def test_a_signal_whose_exception_is_lost_ends_the_run_all_the_same(capfd, monkeypatch, after):
     """It comes again a moment later; what fails meanwhile counts as that end, and nothing is said of the loss."""
+    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)  # the process goes on here
 
     def lost():
         with signals.signals():

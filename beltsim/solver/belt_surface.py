@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from beltsim.solver.contacts import NONE, inertia_about, law_of, note_point, point_loads, put_loads, surface
+from beltsim.solver.contacts import NONE, inertia_about, law_of, noted_loads, put_loads, surface
 from beltsim.solver.jit import callee, inner
 from beltsim.solver.ledger import hand_on
 from beltsim.solver.scratch import scratch_row, scratch_rows
@@ -230,26 +230,10 @@ def sphere_on_surface(particles, shapes, laws, contacts, k, overlap, members, ti
     normal, relative, spins, total, masses = mean_motion(particles, contacts, members, tile)
     arms = (at(tile[ARM_1:], 0), at(tile[ARM_2:], 0))
     history = (at(contacts.spring, k), contacts.stiffness[k], at(contacts.rolling, k))
-    force, moment, _, _, new = point_loads(
-        law, overlap, radius, *masses, normal, relative, relative, spins, arms, history, time_step
-    )
-    spin = sub(spins[0], spins[1])
-    note_point(
-        contacts.book,
-        k,
-        law,
-        overlap,
-        radius,
-        normal,
-        relative,
-        relative,
-        spin,
-        history,
-        new,
-        force,
-        moment,
-        time_step,
-    )
+    force, moment, _, _, new = noted_loads(
+        contacts.book, k, law, overlap, radius, *masses,
+        normal, relative, relative, spins, arms, history, time_step,
+    )  # fmt: skip
     pressure = dot(force, normal)
     tangential = plus(force, -pressure, normal)
     for n in range(members.size):

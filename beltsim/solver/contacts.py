@@ -185,33 +185,32 @@ def note_point(
 
 
 @inner
+def noted_loads(
+    book, k, law, overlap, radius, mass, inertia, normal, relative, slip, spins, arms, history, time_step
+):
+    """`point_loads` of pair k, noted in the book of its list, if there is one."""
+    force, moment, torque_1, torque_2, new = point_loads(
+        law, overlap, radius, mass, inertia, normal, relative, slip, spins, arms, history, time_step
+    )
+    spin = sub(spins[0], spins[1])
+    note_point(
+        book, k, law, overlap, radius, normal, relative, slip, spin, history, new, force, moment, time_step
+    )
+    return force, moment, torque_1, torque_2, new
+
+
+@inner
 def point_contact(contacts, k, overlap, normal, radius, mass, inertia, law, relative, spins, arms, time_step):
     """Loads and history of a touching pair k of rounded surfaces; see `point_loads`."""
     history = (at(contacts.spring, k), contacts.stiffness[k], at(contacts.rolling, k))
-    force, moment, torque_1, torque_2, new = point_loads(
-        law, overlap, radius, mass, inertia, normal, relative, relative, spins, arms, history, time_step
-    )
+    force, _, torque_1, torque_2, new = noted_loads(
+        contacts.book, k, law, overlap, radius, mass, inertia,
+        normal, relative, relative, spins, arms, history, time_step,
+    )  # fmt: skip
     put(contacts.spring, k, new[0])
     contacts.stiffness[k] = new[1]
     put(contacts.rolling, k, new[2])
     put_loads(contacts.loads, k, force, torque_1, torque_2)
-    spin = sub(spins[0], spins[1])
-    note_point(
-        contacts.book,
-        k,
-        law,
-        overlap,
-        radius,
-        normal,
-        relative,
-        relative,
-        spin,
-        history,
-        new,
-        force,
-        moment,
-        time_step,
-    )
 
 
 @inner

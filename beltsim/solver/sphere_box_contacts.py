@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from beltsim.solver.belt_surface import inherit, leads, load_surfaces
-from beltsim.solver.contacts import NONE, about_end, forget, law_of, note_point, point_loads, surface
+from beltsim.solver.contacts import NONE, about_end, forget, law_of, noted_loads, surface
 from beltsim.solver.jit import callee, inner, pass_kernel, vector_kernel
 from beltsim.solver.scratch import clear, scratch_row, scratch_rows
 from beltsim.solver.shapes import box_gap, sphere_box
@@ -123,37 +123,10 @@ def load_spheres(
         history = (of(spring, n), stiffness[n], of(rolling, n))
         law = law_of(laws, material[pairs[0][k]], material[pairs[1][k]])
         # A box is a flat face for the sphere's radius.
-        force, moment, torque_1, torque_2, new = point_loads(
-            law,
-            overlap,
-            radius,
-            1.0 / inverse,
-            1.0 / turning,
-            normal,
-            relative,
-            relative,
-            spins,
-            arms,
-            history,
-            time_step,
-        )
-        spin = sub(spins[0], spins[1])
-        note_point(
-            book,
-            k,
-            law,
-            overlap,
-            radius,
-            normal,
-            relative,
-            relative,
-            spin,
-            history,
-            new,
-            force,
-            moment,
-            time_step,
-        )
+        force, _, torque_1, torque_2, new = noted_loads(
+            book, k, law, overlap, radius, 1.0 / inverse, 1.0 / turning,
+            normal, relative, relative, spins, arms, history, time_step,
+        )  # fmt: skip
         stiffness[n] = new[1]
         for c in range(3):
             spring[c][n] = new[0][c]

@@ -16,7 +16,7 @@ import numpy as np
 from numba import prange, types
 from numba.extending import overload
 
-from beltsim.solver.contacts import NONE, law_of, note_point, point_loads, surface
+from beltsim.solver.contacts import NONE, law_of, noted_loads, surface
 from beltsim.solver.jit import INLINE, callee, inner, only_with, parallel_kernel, pass_kernel, vector_kernel
 from beltsim.solver.ledger import note_end
 from beltsim.solver.scratch import clear, scratch_row, scratch_rows
@@ -180,14 +180,9 @@ def touching_loads(
         keep = 1.0 if before > 0.0 else 0.0
         history = (scaled(of(spring, n), keep), before, only_with(rolls, scaled(of(rolling, n), keep)))
         pair_law = law_between(law, laws, material, pairs, touching[n])
-        force, moment, torque_1, torque_2, new = point_loads(
-            pair_law, overlap, reduced, masses[0][n] / masses[1][n], inertia[n],
+        force, _, torque_1, torque_2, new = noted_loads(
+            book, touching[n], pair_law, overlap, reduced, masses[0][n] / masses[1][n], inertia[n],
             normal, relative, slip, spins, arms, history, time_step,
-        )  # fmt: skip
-        spin = sub(spins[0], spins[1])
-        note_point(
-            book, touching[n], pair_law, overlap, reduced,
-            normal, relative, slip, spin, history, new, force, moment, time_step,
         )  # fmt: skip
         stiffness[n] = new[1]
         remember(rolls, rolling, n, new[2])
