@@ -23,12 +23,12 @@ from beltsim.solver.bonds import add_bonds, bond_chunks
 from beltsim.solver.box_cylinder_contacts import box_cylinder_pass
 from beltsim.solver.cache import holds
 from beltsim.solver.contacts import sphere_part_pass
-from beltsim.solver.crossings import crossings_of
 from beltsim.solver.integration import drift_chunk, drift_chunks
 from beltsim.solver.jit import STORE, Callee
 from beltsim.solver.neighbours import empty_contacts
 from beltsim.solver.sphere_box_contacts import sphere_box_pass
 from beltsim.solver.sphere_contacts import sphere_sphere_pass
+from beltsim.solver.state import Crossings
 
 Job = tuple[object, tuple]  # a dispatcher of numba and the types of its arguments
 
@@ -40,7 +40,8 @@ def without_pairs(families) -> Lists:
     """Lists of the families that most scenes have, without pairs."""
     start, nobody = np.zeros(1, np.int64), np.zeros(0, np.int32)
     spheres = empty_contacts(start, nobody, nobody, rolls=families.rolling, summed=False)
-    listed = ListedSpheres(spheres, crossings_of(start, nobody, 0), families.sphere_material)
+    crossings = Crossings(np.zeros((2, 2), np.int64), nobody, np.zeros((6, 0)), nobody)
+    listed = ListedSpheres(spheres, crossings, families.sphere_material)
     pairs = (empty_contacts(start, nobody, nobody),)
     return Lists(
         spheres=listed if families.spheres else None,

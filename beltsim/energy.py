@@ -133,9 +133,8 @@ def energy_of_parts(state) -> float:
     """Energy [J] of motion of parts that follow their loads, and of their suspensions."""
     parts, spins, slides = state.scene.machinery.parts, state.stage.spins, state.stage.slides
     turning = spins.inertia * np.sum(parts.angular_velocity**2, axis=0) * (spins.mode == FREE)
-    moving = np.maximum(slides.mass, 0.0) * np.sum(
-        parts.velocity**2, axis=0
-    )  # below 0: a cylinder that flies
+    mass = np.maximum(slides.mass, 0.0)  # below 0: a cylinder that flies
+    moving = mass * np.sum(parts.velocity**2, axis=0)
     springs = slides.stiffness * slides.offset**2 * (slides.mass > 0.0)
     return 0.5 * float(np.sum(turning + moving + springs))
 

@@ -25,8 +25,10 @@ from beltsim.solver.scratch import scratch_row, scratch_rows
 from beltsim.solver.vectors import at, at4, dot, norm, rows3, rows4, sub
 
 PADDED = TILE + 40
-BOTH = 2 * PADDED
 """Columns of scratch arrays: rows five cache lines off a power of two do not fight for the same places in the cache."""
+
+BOTH = 2 * PADDED
+"""The same for the first and the second particles of bonds."""
 
 
 @inner

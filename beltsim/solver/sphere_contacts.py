@@ -25,8 +25,10 @@ from beltsim.solver.tiles import columns_for, three
 from beltsim.solver.vectors import across, cross, dot, norm, of, plus, rows3, scaled, sub
 
 PAIRS = 128
-PLACES = PAIRS + 1
 """Pairs at a time: 33 rows of state and loads are 33 kB."""
+
+PLACES = PAIRS + 1
+"""Where their numbers go: what does not touch is written to the next place too."""
 
 # Rows of the scratch space that holds some touching pairs side by side: state, history and, from LOADS on, loads.
 APART = 0  # from the second centre to the first, m

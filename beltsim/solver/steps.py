@@ -217,9 +217,8 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         find_forces(
             particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock, False
         )
-    left = (
-        0.0  # duration of the second half kick that goes with the next drift: one way through memory, not two
-    )
+    # Duration of the second half kick that goes with the next drift: one way through memory, not two.
+    left = 0.0
     for n in range(steps):
         step = clock.step + n
         time = clock.start + step * dt
@@ -280,23 +279,14 @@ def drift_and_bond(particles, belt, strength, environment, left, reach, clock):
     bonds, runs, kinds = belt
     gravity, drag, wind = environment.gravity, environment.drag, environment.wind
     far = fast = lost = done = wound = 0
-    chunks, parts = runs.chunk.size - 1, chunks_in(particles.mass.size)
-    for c in range(parts):
+    chunks, drifting = runs.chunk.size - 1, chunks_in(particles.mass.size)
+    for c in range(drifting):
         counts = drift_chunk(
-            c,
-            particles,
-            environment.listed,
-            gravity,
-            drag,
-            wind,
-            None,
-            left,
-            clock.time_step,
-            reach,
-            clock.cap,
-        )
+            c, particles, environment.listed, gravity, drag, wind, None,
+            left, clock.time_step, reach, clock.cap,
+        )  # fmt: skip
         far, fast, lost = far + counts[0], fast + counts[1], lost + counts[2]
-        while done < chunks and (last_loaded(done, chunks) <= c or c + 1 == parts):
+        while done < chunks and (last_loaded(done, chunks) <= c or c + 1 == drifting):
             turn = in_turn(done, chunks)
             wound += bond_chunk(turn, particles, bonds, runs, kinds, strength, clock.step, clock.time_step)
             done += 1
