@@ -1,7 +1,8 @@
-"""Compiling for a new kind of scene by two processes: passes in one, what makes lists in the other.
+"""Compiling for a new kind of scene by two processes: passes in one, what makes lists and `advance` in the other.
 
-Passes are compiled for lists without pairs, whose types are the same; whoever is free takes the next one. What the
-second process compiles goes to the cache, where the first one finds it.
+Passes are compiled for lists without pairs, whose types are the same. The second process begins with them and with what
+is wanted after the first step; whoever is free takes the next one. What it compiles goes to the cache, where the first
+one finds it.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import gc
 import os
 import signal
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numba
@@ -19,31 +20,34 @@ import numpy as np
 from beltsim.energy import with_books
 from beltsim.engine import State
 from beltsim.lists import ListedSpheres, Lists
-from beltsim.solver.bonds import add_bonds, bond_chunks
+from beltsim.solver.bonds import bond_chunk, bond_measures
 from beltsim.solver.box_cylinder_contacts import box_cylinder_pass
 from beltsim.solver.cache import holds
-from beltsim.solver.contacts import sphere_part_pass
-from beltsim.solver.integration import drift_chunk, drift_chunks
-from beltsim.solver.jit import STORE, Callee
-from beltsim.solver.neighbours import empty_contacts
+from beltsim.solver.contacts import sphere_part_chunk
+from beltsim.solver.integration import drift_chunk, spin_of_momentum
+from beltsim.solver.jit import STORE, Pass
+from beltsim.solver.neighbours import carry_history, empty_contacts
 from beltsim.solver.sphere_box_contacts import sphere_box_pass
-from beltsim.solver.sphere_contacts import sphere_sphere_pass
+from beltsim.solver.sphere_contacts import sphere_chunk
+from beltsim.solver.standing import awaited
 from beltsim.solver.state import Crossings
+from beltsim.solver.timestep import contact_row_sums
 
-Job = tuple[object, tuple]  # a dispatcher of numba and the types of its arguments
+Job = tuple[object, object]  # a dispatcher of numba, and what it is to be compiled for
 
 STEP = 0.1
 """Some time [s]: only its type counts."""
 
 
-def without_pairs(families) -> Lists:
+def without_pairs(state: State) -> Lists:
     """Lists of the families that most scenes have, without pairs."""
+    families = state.families
     start, nobody = np.zeros(1, np.int64), np.zeros(0, np.int32)
     spheres = empty_contacts(start, nobody, nobody, rolls=families.rolling, summed=False)
     crossings = Crossings(np.zeros((2, 2), np.int64), nobody, np.zeros((6, 0)), nobody)
     listed = ListedSpheres(spheres, crossings, families.sphere_material)
     pairs = (empty_contacts(start, nobody, nobody),)
-    return Lists(
+    lists = Lists(
         spheres=listed if families.spheres else None,
         boxes=pairs if families.spheres and families.boxes else None,
         sphere_parts=pairs if families.spheres and families.parts and not families.rods else None,
@@ -52,43 +56,60 @@ def without_pairs(families) -> Lists:
         points=None,
         box_boxes=None,
     )
+    return lists if state.account is None else with_books(lists)
 
 
-def passes_of(state: State) -> list[Job]:
-    """The passes that the steps of a scene call, those that take longest to compile first."""
+def jobs_of(state: State) -> list[Job]:
+    """The passes that the steps of a scene call, those that take longest to compile first, and what comes after it."""
     found = [*passes_over_contacts(state), *passes_over_particles(state)]
-    return [(each.compiled, tuple(map(numba.typeof, arguments))) for each, arguments in found]
+    passes = [(each.compiled, each.signature(typed(arguments))) for each, arguments in found]
+    return passes + [(each, typed(arguments)) for each, arguments in kernels_beside(state)]
 
 
-def passes_over_contacts(state: State) -> Iterator[tuple[Callee, tuple]]:
+def typed(values: tuple) -> tuple:
+    """The types that numba gives to some arguments."""
+    return tuple(map(numba.typeof, values))
+
+
+def passes_over_contacts(state: State) -> Iterator[tuple[Pass, tuple]]:
     """Passes over pairs and their arguments, of any values."""
-    scene, lists = state.scene, without_pairs(state.families)
-    if state.account is not None:
-        lists = with_books(lists)
+    scene, lists = state.scene, without_pairs(state)
     bodies = (scene.population.particles, scene.shapes, scene.laws)
     if lists.boxes is not None:
         yield sphere_box_pass, (*bodies, lists.boxes[0], STEP)
     if lists.box_parts is not None:
         yield box_cylinder_pass, (*bodies, lists.box_parts[0], scene.machinery.parts, STEP)
     if lists.spheres is not None:
-        yield sphere_sphere_pass, (*bodies, lists.spheres, STEP, state.team)
+        yield sphere_chunk, (0, *bodies, lists.spheres, STEP)
     if lists.sphere_parts is not None:
-        yield (
-            sphere_part_pass,
-            (*bodies, lists.sphere_parts[0], scene.machinery.parts, None, STEP, state.team),
-        )
+        yield sphere_part_chunk, (0, *bodies, lists.sphere_parts[0], scene.machinery.parts, None, STEP)
 
 
-def passes_over_particles(state: State) -> Iterator[tuple[Callee, tuple]]:
+def passes_over_particles(state: State) -> Iterator[tuple[Pass, tuple]]:
     """Passes over bonds and particles and their arguments, of any values; with threads, what shares them out."""
     scene, particles = state.scene, state.scene.population.particles
     if scene.bonds is not None:
         belt = (particles, scene.bonds, scene.runs, scene.kinds, scene.strength, 0, STEP)
-        yield (add_bonds, (0, 0, *belt)) if state.team is None else (bond_chunks, (0, *belt))
+        yield bond_chunk, (0, *belt)
     ledger = None if state.account is None else state.account.ledger
     air = (tuple(scene.gravity), STEP, (STEP, STEP, STEP))
     motion = (particles, particles.position, *air, ledger, STEP, STEP, STEP, STEP)
-    yield (drift_chunk, (0, *motion)) if state.team is None else (drift_chunks, motion)
+    yield drift_chunk, (0, *motion)
+
+
+def kernels_beside(state: State) -> Iterator[tuple[object, tuple]]:
+    """What a run calls once it has begun, and its arguments, of any values."""
+    scene, particles = state.scene, state.scene.population.particles
+    if scene.bonds is not None:
+        yield bond_measures, (particles, scene.bonds, scene.kinds)
+    lists = without_pairs(state)
+    for family in (lists.spheres, lists.boxes or lists.sphere_parts or lists.box_parts):
+        if family is not None:
+            pairs = family[0]
+            yield carry_history, (pairs, pairs, *[pairs.second] * 2, *[pairs.start] * 2, False)
+    nobody, sums = np.zeros(0, np.int32), np.zeros(0)
+    yield contact_row_sums, (particles, scene.shapes, nobody, nobody, sums, STEP, False, False, sums)
+    yield spin_of_momentum, (particles,)
 
 
 @contextmanager
@@ -104,14 +125,15 @@ def without_collection() -> Iterator[None]:
 
 
 @contextmanager
-def helped(jobs: list[Job], cpus: int) -> Iterator[Callable[[], None]]:
+def helped(jobs: list[Job], cpus: int) -> Iterator[None]:
     """A second process for jobs that the cache lacks, if there are several and a CPU for it.
 
-    Yields a function that does what is left of them and waits for the other process, which ends with the context.
+    Once a kernel needs its passes, or else at the end, this process does what is left and waits for the other one,
+    which ends with the context.
     """
     missing = [job for job in jobs if not holds(*job)]
     if cpus < 2 or len(missing) < 2 or not STORE.lasting or not hasattr(os, "fork"):
-        yield lambda: None
+        yield
         return
     turns, give = os.pipe()
     os.write(give, bytes(range(len(missing))))
@@ -123,13 +145,17 @@ def helped(jobs: list[Job], cpus: int) -> Iterator[Callable[[], None]]:
     running = [child]
 
     def finish() -> None:
-        take_turns(missing, turns)
-        os.waitpid(child, 0)
-        running.clear()
+        if running:
+            take_turns(missing, turns)
+            os.waitpid(child, 0)
+            running.clear()
 
+    awaited.append(finish)
     try:
-        yield finish
+        yield
+        finish()
     finally:
+        awaited.clear()
         os.close(turns)
         for process in running:
             os.kill(process, signal.SIGKILL)
@@ -146,12 +172,13 @@ def fork() -> int:
 def take_turns(jobs: list[Job], turns: int) -> None:
     """Compile jobs until both processes have taken all: each byte in the pipe is the number of one."""
     while number := os.read(turns, 1):
-        dispatcher, types = jobs[number[0]]
-        dispatcher.compile(types)
+        dispatcher, signature = jobs[number[0]]
+        dispatcher.compile(signature)
 
 
 def work_and_die(jobs: list[Job], turns: int) -> None:
-    """The second process, to which signals mean what they do by default."""
+    """The second process, to which signals mean what they do by default and which waits for nobody."""
+    awaited.clear()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_DFL)
     try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -143,11 +142,8 @@ def source_sizes(scene: Scene) -> np.ndarray:
     return np.array([body.edge_radius for body in scene.population.bodies if body.shape == SPHERE])
 
 
-def begin_stage(state: State, stage: Stage, passes: Callable[[], None] = lambda: None) -> None:
-    """Start a stage: its drives, its step, and the forces at its first moment.
-
-    `passes` is called when the kernels of the passes are about to be needed.
-    """
+def begin_stage(state: State, stage: Stage) -> None:
+    """Start a stage: its drives, its step, and the forces at its first moment."""
     scene, account, before, held = state.scene, state.account, 0.0, 0.0
     if account is not None and state.stage is not None:
         before, held = energy_in_motion(state), held_back(state)
@@ -159,7 +155,6 @@ def begin_stage(state: State, stage: Stage, passes: Callable[[], None] = lambda:
     prescribe_parts(scene.machinery.parts, stage.spins, stage.slides, scene.amplitudes, stage.start)
     guide(scene.population.particles, stage.guided, scene.amplitudes, stage.start)
     renew_lists(state)
-    passes()
     find_forces(state)
     if account is not None:
         open_stage(state, before, held)

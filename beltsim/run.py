@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from beltsim.ahead import helped, passes_of, without_collection
+from beltsim.ahead import helped, jobs_of, without_collection
 from beltsim.breakage import Breaks, gather_breaks
 from beltsim.energy import OBSERVABLES as TERMS
 from beltsim.energy import account_of, departing, drift, note_arrivals, note_departures
@@ -148,12 +148,12 @@ def run(
         state.account = account_of(scene)
     contents = contents_of(scene, arriving, outputs[0] if outputs else None, tally.measures)
     state.team = team_of(threads, scene.population.count + arriving)
-    with without_collection(), helped(passes_of(state), permitted()) as finish_passes:
+    with without_collection(), helped(jobs_of(state), permitted()):
         provenance = {**(provenance or {}), **start_team(state.team)}
         first = prepare(state, scene.steps[0], 0.0, say, allow_unstable)
         planned = planned_frames(scene, outputs, end)
         say("preparing kernels; a scene of a new kind compiles them first, once, in half a minute at most")
-        compile_kernels(state, first, tally, finish_passes)
+        compile_kernels(state, first, tally)
     tally.messages += [
         *overlap_warnings(state),
         *until_warnings(scene, until),
@@ -237,10 +237,10 @@ def given_loads(scene: Scene, step_name: str | None) -> GivenLoads | None:
     )
 
 
-def compile_kernels(state: State, stage: Stage, tally: Tally, finish_passes=lambda: None) -> None:
+def compile_kernels(state: State, stage: Stage, tally: Tally) -> None:
     """Begin a stage; the first time this compiles, which never counts in speed figures."""
     clock = time.perf_counter()
-    begin_stage(state, stage, finish_passes)
+    begin_stage(state, stage)
     if state.total_steps == 0:  # the first new lists take over the history of the old ones: another kernel
         renew_lists(state)
         find_forces(state)

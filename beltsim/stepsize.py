@@ -279,7 +279,8 @@ def present_limit(state) -> Limit:
     for name, family in zip(lists._fields, lists):
         if family is not None:
             with_parts, faces = name not in BETWEEN_PARTICLES, name == "box_boxes"
-            contact_row_sums(particles, scene.shapes, family[0], ratio, with_parts, faces, sums)
+            pairs = family[0].first, family[0].second, family[0].stiffness
+            contact_row_sums(particles, scene.shapes, *pairs, ratio, with_parts, faces, sums)
     if not count or sums.max() <= 0.0:
         return Limit(math.inf, "nothing")
     worst = int(np.argmax(sums))

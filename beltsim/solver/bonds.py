@@ -15,13 +15,14 @@ out the even chunks and then the odd ones; what reaches farther, like the seam o
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
+from numba import types
 
 from beltsim.solver.bond import bond_rates
 from beltsim.solver.bond_tiles import TILE, add_tile, bond_tile, elastic_loads, kind_of
-from beltsim.solver.jit import callee, inner, maker, parallel_kernel, pass_kernel
+from beltsim.solver.jit import callee, inner, maker, pass_kernel
 from beltsim.solver.ledger import BOND_BREAKAGE
 from beltsim.solver.scratch import scratch_row, scratch_rows
+from beltsim.solver.sharing import share
 from beltsim.solver.vectors import at, at4, dot, norm, rows3, rows4, sub
 
 PADDED = TILE + 40
@@ -124,9 +125,15 @@ def scattered_piece(r, particles, bonds, runs, kinds, limits, over, loads, half)
     return counts
 
 
-@pass_kernel
-def add_bonds(start, stop, particles, bonds, runs, kinds, strength, step, time_step):
-    """Add the loads of the pieces from `start` to `stop` to their particles; returns how many bonds are wound up."""
+@pass_kernel(returns=types.int64)
+def bond_chunk(c, particles, bonds, runs, kinds, strength, step, time_step):
+    """Add the loads of the pieces of chunk c, after the last one those that reach farther than the next chunk.
+
+    Returns how many bonds are wound up.
+    """
+    start, stop = runs.chunk[c], runs.base.size
+    if c + 1 < runs.chunk.size:
+        stop = runs.chunk[c + 1]
     position, velocity = rows3(particles.position), rows3(particles.velocity)
     orientation, spin = rows4(particles.orientation), rows3(particles.angular_velocity)
     force, torque = rows3(particles.force), rows3(particles.torque)
@@ -155,23 +162,6 @@ def add_bonds(start, stop, particles, bonds, runs, kinds, strength, step, time_s
     return wound
 
 
-@callee
-def bond_chunk(c, particles, bonds, runs, kinds, strength, step, time_step):
-    """`add_bonds` for the pieces of chunk c."""
-    start, stop = runs.chunk[c], runs.chunk[c + 1]
-    return add_bonds(start, stop, particles, bonds, runs, kinds, strength, step, time_step)
-
-
-@parallel_kernel
-def bond_chunks(parity, particles, bonds, runs, kinds, strength, step, time_step):
-    """`bond_chunk` of the even or the odd chunks by several threads: each chunk loads the next one too."""
-    chunks = (runs.chunk.size - parity) // 2
-    wound = np.zeros(chunks, np.int64)
-    for n in prange(chunks):
-        wound[n] = bond_chunk(2 * n + parity, particles, bonds, runs, kinds, strength, step, time_step)
-    return wound.sum()
-
-
 @inner
 def in_turn(n, chunks):
     """The n-th chunk of a single thread, 0 2 1 4 3 6 5 ...: odd ones just after both their neighbours."""
@@ -188,9 +178,8 @@ def last_loaded(n, chunks):
 
 @callee
 def bonds_across(particles, bonds, runs, kinds, strength, step, time_step):
-    """`add_bonds` for the pieces that reach farther than the next chunk, like the seam of a loop."""
-    start, stop = runs.chunk[runs.chunk.size - 1], runs.base.size
-    return add_bonds(start, stop, particles, bonds, runs, kinds, strength, step, time_step)
+    """`bond_chunk` for the pieces that reach farther than the next chunk, like the seam of a loop."""
+    return bond_chunk(runs.chunk.size - 1, particles, bonds, runs, kinds, strength, step, time_step)
 
 
 @callee
@@ -200,13 +189,13 @@ def bond_pass(particles, bonds, runs, kinds, strength, step, time_step=0.0, team
     A bond whose elastic stress reaches its strength breaks: it is recorded with the step, and its loads are gone in the
     same step. `strength` is None where no bond can break.
     """
-    chunks, wound = runs.chunk.size - 1, 0
+    work, chunks, wound = (particles, bonds, runs, kinds, strength, step, time_step), runs.chunk.size - 1, 0
     if team is None:
         for n in range(chunks):
-            wound += bond_chunk(in_turn(n, chunks), particles, bonds, runs, kinds, strength, step, time_step)
-    else:
-        wound += bond_chunks(0, particles, bonds, runs, kinds, strength, step, time_step)
-        wound += bond_chunks(1, particles, bonds, runs, kinds, strength, step, time_step)
+            wound += bond_chunk(in_turn(n, chunks), *work)
+    else:  # the even ones and then the odd ones, since each chunk loads the next one too
+        wound += share(bond_chunk, 0, chunks, 2, team, work)
+        wound += share(bond_chunk, 1, chunks, 2, team, work)
     bonds.wound[0] = wound + bonds_across(particles, bonds, runs, kinds, strength, step, time_step)
 
 

@@ -105,11 +105,11 @@ class Store:
         dispatcher._cache.save_overload = save_alone
 
 
-def holds(dispatcher, types: tuple) -> bool:
-    """Whether a kernel of numba has been kept for arguments of some types; also if nobody can say."""
+def holds(dispatcher, signature) -> bool:
+    """Whether a kernel of numba has been kept for a signature or types of arguments; also if nobody can say."""
     cache = dispatcher._cache
     try:
-        return cache._index_key(types, dispatcher.targetctx.codegen()) in cache._cache_file._load_index()
+        return cache._index_key(signature, dispatcher.targetctx.codegen()) in cache._cache_file._load_index()
     except (OSError, AttributeError):
         return True
 

@@ -6,15 +6,46 @@ themselves, and a quarter into counting references to arrays that only callers o
 
 from __future__ import annotations
 
+import llvmlite.binding
 from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import AnalysisPass, register_pass
 from numba.core.typed_passes import NopythonTypeInference
 
+from beltsim.solver.standing import symbol_of
+
+
+class Code(JITCodeLibrary):
+    """Machine code that is loaded once the passes that it calls are: LLVM ends the process for a name it lacks."""
+
+    minds_needs = True
+
+    def _finalize_final_module(self):
+        for need in self._reload_init:
+            need()
+        super()._finalize_final_module()
+
+
+class StandingCode(Code):
+    """A pass under its name, of which callers get nothing else."""
+
+    def __init__(self, codegen, name, symbol):
+        super().__init__(codegen, name)
+        self.symbol = symbol
+        self._shared_module = llvmlite.binding.parse_assembly(str(codegen._create_empty_module(name)))
+
+    def add_ir_module(self, ir_module):
+        """Add the code of the one function that is seen from outside, under its name."""
+        (function,) = (f for f in ir_module.functions if not f.is_declaration and not f.linkage)
+        function.name = self.symbol
+        super().add_ir_module(ir_module)
+
 
 class Ingredient(JITCodeLibrary):
     """Code of a function that only kernels call: LLVM optimises and translates it there, not by itself too."""
+
+    minds_needs = True  # by those that it goes into
 
     def get_pointer_to_function(self, name):  # noqa: ARG002
         """No machine code, so no address."""
@@ -76,24 +107,43 @@ def holds_array(found) -> bool:
     return isinstance(found, types.Array)
 
 
-class Checked(CompilerBase):
-    """numba's usual compiler, and the check of loans."""
+class Loaded(CompilerBase):
+    """numba's usual compiler, for what calls passes."""
+
+    new_library = Code
 
     def define_pipelines(self):
-        """The default pipeline with the check after type inference."""
-        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        """The default pipeline into `Code`."""
+        self.state.library = self.new_library(
+            self.state.targetctx.codegen(), self.state.func_id.func_qualname
+        )
+        self.state.library.enable_object_caching()
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+
+
+class Checked(Loaded):
+    """The same with the check of loans."""
+
+    def define_pipelines(self):
+        """The same pipeline with the check after type inference."""
+        (passes,) = super().define_pipelines()
         passes.add_pass_after(CheckLoans, NopythonTypeInference)
         passes.finalize()
         return [passes]
 
 
+class StandsAlone(Checked):
+    """The same for passes that are called by name."""
+
+    def new_library(self, codegen, name):
+        """`StandingCode`."""
+        return StandingCode(codegen, name, symbol_of(self.state.func_id.func, self.state.args))
+
+
 class Inlined(Checked):
     """The same for what only kernels call."""
 
-    def define_pipelines(self):
-        """The default pipeline into an `Ingredient`."""
-        self.state.library = Ingredient(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-        return super().define_pipelines()
+    new_library = Ingredient
 
 
 class NoAlias(Inlined):

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numba import prange
 from numba.extending import overload
 
 from beltsim.solver.contact import (
@@ -20,12 +18,13 @@ from beltsim.solver.contact import (
     point_law,
     rolling_moment,
 )
-from beltsim.solver.jit import INLINE, callee, inner, parallel_kernel, pass_kernel
+from beltsim.solver.jit import INLINE, callee, inner, pass_kernel
 from beltsim.solver.ledger import note_end, note_friction, note_normal, note_rolling, stored
 from beltsim.solver.shapes import (
     sphere_cylinder,
     sphere_plane,
 )
+from beltsim.solver.sharing import share
 from beltsim.solver.state import LinearLaws
 from beltsim.solver.vectors import add, at, at4, axis_z, cross, dot, plus, put, scaled, sub
 
@@ -267,8 +266,8 @@ PAIRS = 256
 """Pairs that a thread does at a time; fixed, so that results depend on no count of threads."""
 
 
-@callee
-def sphere_part_chunk(particles, shapes, laws, contacts, parts, rods, time_step, chunk):
+@pass_kernel
+def sphere_part_chunk(chunk, particles, shapes, laws, contacts, parts, rods, time_step):
     """Contacts of one chunk of pairs; writes to nothing else."""
     position, velocity, spin = particles.position, particles.velocity, particles.angular_velocity
     mass, radius, material = particles.mass, shapes.radius, shapes.material
@@ -314,18 +313,15 @@ def sphere_part_chunk(particles, shapes, laws, contacts, parts, rods, time_step,
         )
 
 
-@parallel_kernel
-def share_sphere_parts(particles, shapes, laws, contacts, parts, rods, time_step):
-    """All chunks of pairs, by several threads."""
-    for chunk in prange(-(-contacts.first.size // PAIRS)):
-        sphere_part_chunk(particles, shapes, laws, contacts, parts, rods, time_step, np.int64(chunk))
-
-
-@pass_kernel
+@callee
 def sphere_part_pass(particles, shapes, laws, contacts, parts, rods, time_step, team):
     """Contacts of spheres with cylinders and planes (parts of infinite radius). `team`: threads, None for one."""
+    work, chunks = (
+        (particles, shapes, laws, contacts, parts, rods, time_step),
+        -(-contacts.first.size // PAIRS),
+    )
     if team is None:
-        for chunk in range(-(-contacts.first.size // PAIRS)):
-            sphere_part_chunk(particles, shapes, laws, contacts, parts, rods, time_step, chunk)
+        for chunk in range(chunks):
+            sphere_part_chunk(chunk, *work)
     else:
-        share_sphere_parts(particles, shapes, laws, contacts, parts, rods, time_step)
+        share(sphere_part_chunk, 0, chunks, 1, team, work)

@@ -8,10 +8,11 @@ into rotations about the principal axes (Miller et al. 2002, J. Chem. Phys. 116,
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
+from numba import types
 
 from beltsim.solver.chunks import chunk_of, chunks_in
-from beltsim.solver.jit import callee, inner, kernel, parallel_kernel, pass_kernel, vector_kernel
+from beltsim.solver.jit import callee, inner, kernel, pass_kernel, vector_kernel
+from beltsim.solver.sharing import share
 from beltsim.solver.vectors import (
     at,
     at4,
@@ -192,7 +193,7 @@ def weigh_chunk(c, particles, gravity, drag, wind):
     begin_sum(start, count, force, torque, velocity, particles.mass, gravity, drag, wind)
 
 
-@pass_kernel
+@pass_kernel(returns=types.UniTuple(types.int64, 3))
 def drift_chunk(c, particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap):
     """First half kick and drift of chunk c; returns the counts of `translate`.
 
@@ -226,34 +227,21 @@ def drift_chunk(c, particles, listed, gravity, drag, wind, ledger, before, time_
     return counts
 
 
-@parallel_kernel
-def drift_chunks(particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap):
-    """`drift_chunk` of all chunks by several threads."""
-    chunks = chunks_in(particles.mass.size)
-    counts = np.zeros((3, chunks), np.int64)
-    for c in prange(chunks):
-        counts[0, c], counts[1, c], counts[2, c] = drift_chunk(
-            c, particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap
-        )
-    return counts[0].sum(), counts[1].sum(), counts[2].sum()
-
-
 @callee
 def kick_and_drift(particles, environment, team, before, time_step, reach, cap):
     """First half kick and drift of all particles; returns the counts of `translate`, and takes `before` as it does."""
     far = fast = lost = 0
-    listed, ledger = environment.listed, environment.ledger  # one by one: threads take no tuples in tuples
-    gravity, drag, wind = environment.gravity, environment.drag, environment.wind
+    listed, gravity, drag = environment.listed, environment.gravity, environment.drag
+    work = (
+        particles, listed, gravity, drag, environment.wind, environment.ledger, before, time_step, reach, cap,
+    )  # fmt: skip
+    chunks = chunks_in(particles.mass.size)
     if team is None:
-        for c in range(chunks_in(particles.mass.size)):
-            counts = drift_chunk(
-                c, particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap
-            )
+        for c in range(chunks):
+            counts = drift_chunk(c, *work)
             far, fast, lost = far + counts[0], fast + counts[1], lost + counts[2]
     else:
-        far, fast, lost = drift_chunks(
-            particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap
-        )
+        far, fast, lost = share(drift_chunk, 0, chunks, 1, team, work)
     return far, fast, lost
 
 

@@ -13,10 +13,11 @@ import functools
 import numba
 import numba.extending
 from llvmlite import ir
-from numba.core.types import Dispatcher, void
+from numba.core import types
 
 from beltsim.solver.cache import Store, cache_folder
-from beltsim.solver.compiling import Checked, Inlined, NoAlias
+from beltsim.solver.compiling import Checked, Inlined, Loaded, NoAlias, StandsAlone, holds_array
+from beltsim.solver.standing import by_name
 
 __all__ = [
     "align_stack",
@@ -26,7 +27,6 @@ __all__ = [
     "kernel",
     "maker",
     "only_with",
-    "parallel_kernel",
     "pass_kernel",
     "vector_kernel",
 ]
@@ -54,7 +54,7 @@ def align_stack(_typing_context):
         builder.asm(ir.FunctionType(ir.VoidType(), [place.type]), "", "r", [place], side_effect=True)
         return context.get_dummy_value()
 
-    return void(), emit
+    return types.void(), emit
 
 
 FORMULAS = {
@@ -88,13 +88,13 @@ class Callee:
 
     @property
     def _numba_type_(self):
-        return Dispatcher(self.compiled)
+        return types.Dispatcher(self.compiled)
 
     @functools.cached_property
     def entry(self):
         """The way in from Python."""
-        callee = self.compiled
-        return numba.njit(lambda *arguments: callee(*arguments))
+        callee = self
+        return numba.njit(lambda *arguments: callee(*arguments), pipeline_class=Loaded)
 
     def __call__(self, *arguments):
         return self.entry(*arguments)
@@ -109,8 +109,32 @@ callee = functools.partial(Callee, cache=False, pipeline_class=Inlined)
 vector_kernel = functools.partial(Callee, cache=False, pipeline_class=NoAlias)
 """Loops that must be vectorised: arguments do not overlap, indices are unsigned, no call of the maths library."""
 
-pass_kernel = functools.partial(Callee, cache=True)
-"""Passes of several kinds of scenes: kept in the cache, so that another kind compiles only what it has more."""
+
+class Pass(Callee):
+    """A pass of several kinds of scenes, which stands alone (`standing.py`) and is kept in the cache."""
+
+    _numba_type_ = None
+
+    def __init__(self, function, returns):
+        super().__init__(function, cache=True, pipeline_class=StandsAlone)
+        if holds_array(returns):
+            raise TypeError(f"{function.__qualname__} counts no references and returns an array")
+        self.function, self.returns = function, returns
+        self._numba_type_ = by_name(self)
+
+    def signature(self, arguments: tuple):
+        """What it is compiled for if its arguments have some types."""
+        return self.returns(*arguments)
+
+    def ready(self, arguments: tuple) -> None:
+        """Have the machine code for arguments of some types: from the cache, or compiled."""
+        self.compiled.compile(self.signature(arguments))
+
+
+def pass_kernel(function=None, *, returns=types.none):
+    """Make a function a pass; what it `returns`, numbers, is said, so that nobody has to wait for its compilation."""
+    return functools.partial(Pass, returns=returns) if function is None else Pass(function, returns)
+
 
 kernel = functools.partial(compiled, cache=True)
 """What Python calls: kept in the cache. It returns numbers, no arrays."""
@@ -120,9 +144,6 @@ maker = functools.partial(compiled, cache=True, _nrt=True)
 
 inner_maker = functools.partial(Callee, cache=False, forceinline=True, pipeline_class=Inlined, _nrt=True)
 """`inner` for what makes arrays."""
-
-parallel_kernel = functools.partial(Callee, cache=True, parallel=True, _nrt=True)
-"""Loops over chunks for several threads, with the body of the serial loop."""
 
 
 def only_with(group, value):

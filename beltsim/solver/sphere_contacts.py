@@ -13,14 +13,15 @@ by index 20 ns a contact, with 11 more for adding up.
 from __future__ import annotations
 
 import numpy as np
-from numba import prange, types
+from numba import types
 from numba.extending import overload
 
 from beltsim.solver.contacts import NONE, law_of, noted_loads, surface
-from beltsim.solver.jit import INLINE, callee, inner, only_with, parallel_kernel, pass_kernel, vector_kernel
+from beltsim.solver.jit import INLINE, callee, inner, only_with, pass_kernel, vector_kernel
 from beltsim.solver.ledger import note_end
 from beltsim.solver.scratch import clear, scratch_row, scratch_rows
 from beltsim.solver.shapes import sphere_sphere
+from beltsim.solver.sharing import share
 from beltsim.solver.tiles import columns_for, three
 from beltsim.solver.vectors import across, cross, dot, norm, of, plus, rows3, scaled, sub
 
@@ -228,9 +229,11 @@ def scatter_rolling(rolling, touching, count, tile):
                 rolling[c, touching[n]] = tile[ROLLING + c, n]
 
 
-@callee
-def sphere_chunk(particles, shapes, laws, law, contacts, crossings, chunk, time_step):
-    """Contacts in the rows of one chunk of particles."""
+@pass_kernel
+def sphere_chunk(chunk, particles, shapes, laws, listed, time_step):
+    """Contacts in the rows of one chunk of particles; see `lists.ListedSpheres`."""
+    contacts, crossings, material = listed
+    law = common_law(laws, material)
     tile, touching = scratch_rows(ROWS, PAIRS), scratch_row(PLACES, np.uint64)
     clear(tile, touching)
     for kind in range(2):
@@ -281,26 +284,16 @@ def take_crossings(particles, crossings):
             loads[3 + c, column] = 0.0
 
 
-@parallel_kernel
-def share_chunks(particles, shapes, laws, law, contacts, crossings, time_step):
-    """All chunks by several threads: each adds to its own particles, the rest crosses over afterwards.
-
-    int64, since the index of prange is unsigned and would compile another body.
-    """
-    for chunk in prange(crossings.start.shape[1] - 1):
-        sphere_chunk(particles, shapes, laws, law, contacts, crossings, np.int64(chunk), time_step)
-
-
-@pass_kernel
+@callee
 def sphere_sphere_pass(particles, shapes, laws, listed, time_step, team):
     """Contacts between spheres; see `lists.ListedSpheres`. `team`: threads, None for one."""
-    contacts, crossings, material = listed
-    law = common_law(laws, material)
+    crossings, work = listed.crossings, (particles, shapes, laws, listed, time_step)
+    chunks = crossings.start.shape[1] - 1
     if team is None:
-        for chunk in range(crossings.start.shape[1] - 1):
-            sphere_chunk(particles, shapes, laws, law, contacts, crossings, chunk, time_step)
-    else:
-        share_chunks(particles, shapes, laws, law, contacts, crossings, time_step)
+        for chunk in range(chunks):
+            sphere_chunk(chunk, *work)
+    else:  # each adds to its own particles, the rest crosses over afterwards
+        share(sphere_chunk, 0, chunks, 1, team, work)
     take_crossings(particles, crossings)
 
 

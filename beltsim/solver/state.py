@@ -2,8 +2,7 @@
 
 Vectors are stored by component: (3, n) and (4, n), C order, so that each component is contiguous.
 A NamedTuple never changes; the arrays in it do. Kernels unpack what they use on their first lines and name only locals
-in their loops: numba loses writes through a NamedTuple inside prange
-without a word (measured), and unpacked is fastest.
+in their loops: unpacked is fastest.
 Tuples stay at ten fields or below, numba's quick path.
 """
 

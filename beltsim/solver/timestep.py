@@ -109,7 +109,7 @@ def impact_duration(radius: float, modulus: float, mass: float, speed: float) ->
 
 
 @kernel
-def contact_row_sums(particles, shapes, contacts, ratio, with_parts, faces, sums):
+def contact_row_sums(particles, shapes, first, second, stiffness, ratio, with_parts, faces, sums):
     """Add the present contacts' share to each particle's bound on omega^2.
 
     A contact of stiffness k_n, k_t = `ratio` k_n at an arm a adds at most (k_n + k_t (1 + m a^2 / I)) / m for itself
@@ -117,15 +117,15 @@ def contact_row_sums(particles, shapes, contacts, ratio, with_parts, faces, sums
     press beside a box's centre too, k_n has the arm as well.
     """
     mass, inertia = particles.mass, particles.inertia
-    for k in range(contacts.first.size):
-        tangential = contacts.stiffness[k]
+    for k in range(first.size):
+        tangential = stiffness[k]
         if tangential <= 0.0:
             continue
-        i = contacts.first[k]
+        i = first[k]
         own = own_share(mass, inertia, shapes, i, tangential, ratio, faces)
         sums[i] += own
         if not with_parts:
-            j = contacts.second[k]
+            j = second[k]
             other = own_share(mass, inertia, shapes, j, tangential, ratio, faces)
             mixed = math.sqrt(own * other)
             sums[i] += mixed
