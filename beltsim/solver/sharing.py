@@ -26,8 +26,8 @@ BEGIN, STRIDE, COUNT, TEAM, CODE, REASON, TOTALS = range(7)
 def share(context, called, begin, stop, stride, team, arguments):  # noqa: ARG001 - whole numbers all
     """`called(n, *arguments)` for n in range(begin, stop, stride) by a team of threads; the sums of what it returns.
 
-    The numbers are cut into `team` stretches, one for each thread. What is returned is whole numbers, whose sums know no
-    order.
+    The numbers are cut into `team` stretches, one for each thread. What is returned is whole numbers: their sums have
+    no order.
     """
     if not isinstance(called, types.Function) or not isinstance(arguments, types.BaseTuple):
         raise TypingError("threads share a pass, with a tuple of its arguments")
