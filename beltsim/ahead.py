@@ -86,7 +86,7 @@ def passes_over_contacts(state: State) -> Iterator[tuple[Pass, tuple]]:
 
 
 def passes_over_particles(state: State) -> Iterator[tuple[Pass, tuple]]:
-    """Passes over bonds and particles and their arguments, of any values; with threads, what shares them out."""
+    """Passes over bonds and particles and their arguments, of any values."""
     scene, particles = state.scene, state.scene.population.particles
     if scene.bonds is not None:
         belt = (particles, scene.bonds, scene.runs, scene.kinds, scene.strength, 0, STEP)
@@ -107,8 +107,9 @@ def kernels_beside(state: State) -> Iterator[tuple[object, tuple]]:
         if family is not None:
             pairs = family[0]
             yield carry_history, (pairs, pairs, *[pairs.second] * 2, *[pairs.start] * 2, False)
-    nobody, sums = np.zeros(0, np.int32), np.zeros(0)
-    yield contact_row_sums, (particles, scene.shapes, nobody, nobody, sums, STEP, False, False, sums)
+    if any(family is not None for family in lists):
+        nobody, sums = np.zeros(0, np.int32), np.zeros(0)
+        yield contact_row_sums, (particles, scene.shapes, nobody, nobody, sums, STEP, False, False, sums)
     yield spin_of_momentum, (particles,)
 
 

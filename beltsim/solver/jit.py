@@ -93,8 +93,7 @@ class Callee:
     @functools.cached_property
     def entry(self):
         """The way in from Python."""
-        callee = self
-        return numba.njit(lambda *arguments: callee(*arguments), pipeline_class=Loaded)
+        return numba.njit(lambda *arguments: self(*arguments), pipeline_class=Loaded)
 
     def __call__(self, *arguments):
         return self.entry(*arguments)
@@ -113,7 +112,7 @@ vector_kernel = functools.partial(Callee, cache=False, pipeline_class=NoAlias)
 class Pass(Callee):
     """A pass of several kinds of scenes, which stands alone (`standing.py`) and is kept in the cache."""
 
-    _numba_type_ = None
+    _numba_type_ = None  # set below, and before anything is compiled: numba then knows it
 
     def __init__(self, function, returns):
         super().__init__(function, cache=True, pipeline_class=StandsAlone)
