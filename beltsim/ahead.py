@@ -23,14 +23,15 @@ from beltsim.lists import ListedSpheres, Lists
 from beltsim.solver.bonds import bond_chunk, bond_measures
 from beltsim.solver.box_cylinder_contacts import box_cylinder_pass
 from beltsim.solver.cache import holds
+from beltsim.solver.chunks import notes_of
 from beltsim.solver.contacts import sphere_part_chunk
-from beltsim.solver.integration import drift_chunk, spin_of_momentum
+from beltsim.solver.crossings import crossings_of
+from beltsim.solver.integration import Limits, drift_chunk, spin_of_momentum
 from beltsim.solver.jit import STORE, Pass
 from beltsim.solver.neighbours import carry_history, empty_contacts
 from beltsim.solver.sphere_box_contacts import sphere_box_pass
-from beltsim.solver.sphere_contacts import sphere_chunk
+from beltsim.solver.sphere_contacts import sphere_chunk, sphere_piece
 from beltsim.solver.standing import awaited
-from beltsim.solver.state import Crossings
 from beltsim.solver.timestep import contact_row_sums
 
 Job = tuple[object, object]  # a dispatcher of numba, and what it is to be compiled for
@@ -44,7 +45,7 @@ def without_pairs(state: State) -> Lists:
     families = state.families
     start, nobody = np.zeros(1, np.int64), np.zeros(0, np.int32)
     spheres = empty_contacts(start, nobody, nobody, rolls=families.rolling, summed=False)
-    crossings = Crossings(np.zeros((2, 2), np.int64), nobody, np.zeros((6, 0)), nobody)
+    crossings = crossings_of(start, nobody, 0)
     listed = ListedSpheres(spheres, crossings, families.sphere_material)
     pairs = (empty_contacts(start, nobody, nobody),)
     lists = Lists(
@@ -80,7 +81,9 @@ def passes_over_contacts(state: State) -> Iterator[tuple[Pass, tuple]]:
     if lists.box_parts is not None:
         yield box_cylinder_pass, (*bodies, lists.box_parts[0], scene.machinery.parts, STEP)
     if lists.spheres is not None:
-        yield sphere_chunk, (0, *bodies, lists.spheres, STEP)
+        yield sphere_piece, (0, 0, *bodies, lists.spheres, STEP)
+        if state.team is not None:
+            yield sphere_chunk, (0, *bodies, lists.spheres, STEP)
     if lists.sphere_parts is not None:
         yield sphere_part_chunk, (0, *bodies, lists.sphere_parts[0], scene.machinery.parts, None, STEP)
 
@@ -93,7 +96,8 @@ def passes_over_particles(state: State) -> Iterator[tuple[Pass, tuple]]:
         yield bond_chunk, (0, *belt)
     ledger = None if state.account is None else state.account.ledger
     air = (tuple(scene.gravity), STEP, (STEP, STEP, STEP))
-    motion = (particles, particles.position, *air, ledger, STEP, STEP, STEP, STEP)
+    notes = notes_of(particles, particles.position)
+    motion = (particles, notes, *air, ledger, STEP, STEP, Limits(STEP, STEP, STEP))
     yield drift_chunk, (0, *motion)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from beltsim.console import CommandError
 from beltsim.engine import State
 from beltsim.lists import bonded_neighbours
+from beltsim.solver.chunks import notes_of
 from beltsim.source import Source
 
 VERSION = 1
@@ -43,7 +44,7 @@ def take(state: State, sources: list[Source] = ()) -> dict:
         "parts": tree_of(scene.machinery.parts),
         "lists": tree_of(state.lists),
         "excluded": tree_of(state.excluded),
-        "listed": state.listed.copy(),
+        "listed": state.notes.listed.copy(),
         "part_travel": state.part_travel.copy(),
         "part_work": state.part_work.copy(),
         "account": tree_of(state.account),
@@ -85,7 +86,8 @@ def put_back(checkpoint: dict, state: State, sources: list[Source] = ()) -> None
         scene.bonding.bonds = scene.bonds._replace(book=rebuilt(scene.bonds.book, checkpoint["bond_book"]))
     state.lists = rebuilt(state.lists, checkpoint["lists"])
     state.excluded = rebuilt(state.excluded, checkpoint["excluded"])
-    state.listed, state.part_travel = checkpoint["listed"].copy(), checkpoint["part_travel"].copy()
+    state.notes = notes_of(population.particles, checkpoint["listed"].copy())
+    state.part_travel = checkpoint["part_travel"].copy()
     state.part_work = checkpoint["part_work"].copy()
     state.account = rebuilt(state.account, checkpoint["account"])
     state.stage = rebuilt(state.stage, checkpoint["stage"])

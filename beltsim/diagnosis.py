@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.lists import BETWEEN_PARTICLES
+from beltsim.lists import BETWEEN_PARTICLES, sphere_overlaps
 from beltsim.scene import Scene
 from beltsim.solver.bonds import bond_measures
 from beltsim.solver.state import Contacts, Laws
@@ -66,7 +66,8 @@ def contact_forces(scene: Scene, contacts: Contacts) -> np.ndarray:
     if contacts.loads is not None:
         return np.linalg.norm(contacts.loads[:3], axis=0)
     radius, material = scene.shapes.radius, scene.shapes.material
-    i, j, overlap = contacts.first, contacts.second, np.maximum(contacts.overlap, 0.0)
+    i, j = contacts.first, contacts.second
+    overlap = np.maximum(sphere_overlaps(contacts, scene.population.particles, scene.shapes), 0.0)
     elastic = scene.laws[0][material[i], material[j]] * overlap
     if isinstance(scene.laws, Laws):
         elastic *= 4.0 / 3.0 * np.sqrt(radius[i] * radius[j] / (radius[i] + radius[j]) * overlap)

@@ -24,10 +24,12 @@ from beltsim.scene.bodies import BOX, SPHERE
 from beltsim.scene.guiding import engage, led_slots
 from beltsim.scene.touching import of_shape
 from beltsim.skin import first_skin, tuned
+from beltsim.solver.chunks import notes_of
 from beltsim.solver.guides import Guided, Pivots, guide
 from beltsim.solver.integration import spin_of_momentum
 from beltsim.solver.motion import Slides, Spins, prescribe_parts
 from beltsim.solver.reference_integrator import advance_reference
+from beltsim.solver.state import ChunkNotes
 from beltsim.solver.steps import (
     DONE,
     LISTS_STALE,
@@ -81,7 +83,7 @@ class State:
     skin: float
     excluded: Excluded | None = None
     lists: Lists | None = None
-    listed: np.ndarray | None = None
+    notes: ChunkNotes | None = None
     part_travel: np.ndarray | None = None
     part_work: np.ndarray | None = None  # (p,) J, since the start
     account: Account | None = None  # if an energy book is kept
@@ -178,7 +180,7 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     if fastest_step(state) > 0.5 * state.skin:
         raise BlowUp(diagnosis(state))
     if origin is not None:
-        renumber(state.stage, origin, state.listed.shape[1])
+        renumber(state.stage, origin, state.notes.listed.shape[1])
     if state.list_builds % SORTING == 0:
         origin = sorted_anew(state, origin)
     scene, population = state.scene, state.scene.population
@@ -211,7 +213,7 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
         origin = np.arange(count, dtype=np.int64) if origin is None else origin
         carry(new, state.lists, origin, len(machinery.info))
     state.lists = new
-    state.listed = population.particles.position.copy()
+    state.notes = notes_of(population.particles, population.particles.position.copy())
     state.part_travel = np.zeros(1)
     # Particles may get half as fast again before lists are made anew for that alone; the least keeps a scene at rest
     # from being called too fast.
@@ -265,7 +267,7 @@ def solver_arguments(state: State, time_step: float | None = None) -> tuple:
         tuple(scene.gravity),
         stage.drag,
         stage.wind,
-        state.listed,
+        state.notes,
         state.part_travel,
         state.part_work,
         stage.guided,

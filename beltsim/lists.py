@@ -148,6 +148,19 @@ def make_lists(
     )
 
 
+def sphere_overlaps(contacts: Contacts, particles: Particles, shapes: Shapes) -> np.ndarray:
+    """Overlaps (pairs,) [m] of pairs of spheres, negative where they are apart, which no pass keeps."""
+    first, second = contacts.first, contacts.second
+    apart = np.linalg.norm(particles.position[:, first] - particles.position[:, second], axis=0)
+    return shapes.radius[first] + shapes.radius[second] - apart
+
+
+def overlaps_of(family: Listed | ListedSpheres, particles: Particles, shapes: Shapes) -> np.ndarray:
+    """Overlaps (pairs,) [m] of a family's pairs at the last forces."""
+    contacts = family[0]
+    return sphere_overlaps(contacts, particles, shapes) if contacts.overlap is None else contacts.overlap
+
+
 def with_surfaces(lists: Lists, walls: Walls) -> Lists:
     """The lists as the steps take them: those of walls bring the triangles, which no checkpoint needs."""
     of_walls = {name: getattr(lists, name) for name in ("walls", "points")}

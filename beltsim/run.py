@@ -25,6 +25,7 @@ from beltsim.engine import (
 )
 from beltsim.fill import fill_belts
 from beltsim.inp import Block, Deck
+from beltsim.lists import overlaps_of
 from beltsim.measures import LOOK_PAUSE, Measures, look, measures_of, remember
 from beltsim.record import OBSERVABLES, contents_of, frame_of, keeps_energy
 from beltsim.scene import Scene
@@ -264,14 +265,14 @@ def overlap_warnings(state: State) -> list[str]:
     for family, of_parts in ((state.lists.spheres, False), (state.lists.sphere_parts, True)):
         if family is None:
             continue
-        contacts = family[0]
-        share = contacts.overlap / radius[contacts.first]
+        contacts, overlap = family[0], overlaps_of(family, scene.population.particles, scene.shapes)
+        share = overlap / radius[contacts.first]
         if not of_parts:
-            share = np.maximum(share, contacts.overlap / radius[contacts.second])
+            share = np.maximum(share, overlap / radius[contacts.second])
         for k in np.flatnonzero(share > DEEP_OVERLAP):
             other = f"part {names[contacts.second[k]]}" if of_parts else f"particle {ids[contacts.second[k]]}"
             found.append(
-                f"particle {ids[contacts.first[k]]} and {other} overlap by {contacts.overlap[k]:.3g} m "
+                f"particle {ids[contacts.first[k]]} and {other} overlap by {overlap[k]:.3g} m "
                 f"({100.0 * share[k]:.0f} % of the radius)"
             )
     if not found:

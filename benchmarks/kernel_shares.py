@@ -10,8 +10,8 @@ from __future__ import annotations
 import time
 
 from beltsim.engine import State, advance_by, renew_lists, solver_arguments
-from beltsim.lists import Lists
-from beltsim.solver.integration import kick_and_drift
+from beltsim.lists import Lists, overlaps_of
+from beltsim.solver.integration import Limits, kick_and_drift
 from beltsim.solver.steps import advance
 
 ENOUGH = 0.1  # s of CPU for each figure
@@ -54,7 +54,7 @@ def shares(state: State, steps: int = 200) -> dict:
     base = seconds(forces_with(state, False, None))
     found = {
         "motion": seconds(
-            lambda: kick_and_drift(particles, environment, environment.team, 0.0, 0.0, 1.0, 1.0)
+            lambda: kick_and_drift(particles, environment, environment.team, 0.0, 0.0, Limits(1.0, 1.0, 1.0))
         ),
     }
     if state.scene.bonds is not None:
@@ -65,7 +65,12 @@ def shares(state: State, steps: int = 200) -> dict:
             continue
         contacts = family[0]
         found[f"{name}: law and adding up"] = max(0.0, seconds(forces_with(state, False, name)) - base)
-        pairs[name] = {"listed": int(contacts.first.size), "touching": int((contacts.overlap > 0.0).sum())}
+        pairs[name] = {
+            "listed": int(contacts.first.size),
+            "touching": int(
+                (overlaps_of(family, state.scene.population.particles, state.scene.shapes) > 0.0).sum()
+            ),
+        }
     found["lists"] = seconds(lambda: renew_lists(state)) * each_list
     return {
         "microseconds": {name: 1e6 * value for name, value in found.items()},

@@ -165,7 +165,7 @@ def array_bytes(state: State) -> int:
     """Bytes of the arrays that steps read and write."""
     scene = state.scene
     return bytes_in(
-        (scene.population.particles, scene.shapes, scene.bonds, scene.runs, state.lists, state.listed)
+        (scene.population.particles, scene.shapes, scene.bonds, scene.runs, state.lists, state.notes)
     )
 
 

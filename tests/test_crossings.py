@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from beltsim.solver.crossings import LEAST, crossings_of
+from beltsim.solver.crossings import LEAST, PIECE, crossings_of
 
 
 @pytest.fixture
@@ -52,11 +52,31 @@ def test_every_particle_has_one_owner_and_crossing_pairs_are_those_of_two_owners
             assert np.all(owner[low:high] == -1)
             owner[low:high] = chunk
     assert np.all(owner >= 0)
+    # Each chunk has a place for the load of each of its pairs with a particle of another one.
     crosses = owner[first] != owner[second]
-    assert np.array_equal(found.column >= 0, crosses)
-    # Each crossing pair has a place of its own, and its load goes to the second particle.
-    assert np.array_equal(found.column[crosses], np.arange(crosses.sum()))
-    assert np.array_equal(found.loaded, second[crosses])
+    chunks = found.count.size
+    assert np.array_equal(np.diff(found.place), np.bincount(owner[first[crosses]], minlength=chunks))
+    assert found.loads.shape == (crosses.sum(), 6)
+
+
+@pytest.mark.parametrize("name", ["bulk", "belt", "belt under bulk", "shuffled"])
+def test_every_pair_is_in_one_piece_of_the_chunk_that_owns_its_first_particle(name, rng):
+    pairs, count, permanent = scene(name, rng)
+    start, second, first = listed(pairs, count)
+    found = crossings_of(start, second, permanent)
+    owner, seen = np.full(count, -1), np.zeros(second.size, int)
+    for kind in found.start:
+        for chunk, (low, high) in enumerate(pairwise(kind)):
+            owner[low:high] = chunk
+    for chunk, (low, high) in enumerate(pairwise(found.piece)):
+        for piece in range(low, high):
+            own = slice(*found.pair[:, piece])
+            seen[own] += 1
+            assert 0 < own.stop - own.start <= PIECE
+            assert np.all(owner[first[own]] == chunk)
+            # Its particles have all drifted when those below `stop` have: partners stand after the owners.
+            assert max(first[own].max(), second[own].max()) == found.stop[piece] - 1
+    assert np.all(seen == 1)
 
 
 @pytest.mark.parametrize("name", ["bulk", "belt", "belt under bulk"])
@@ -68,11 +88,11 @@ def test_few_pairs_cross_where_particles_are_in_the_order_of_places(name, rng):
     chunks = found.start.shape[1] - 1
     assert chunks >= 0.5 * (8000 if permanent == 4000 else count) / LEAST
     assert chunks % 2 == 0
-    assert np.mean(found.column >= 0) < 0.06
+    assert found.place[-1] < 0.06 * second.size
 
 
 def test_a_few_particles_are_one_chunk(rng):
     start, second, _ = listed(chain(rng, 100, 10), 100)
     found = crossings_of(start, second, 0)
     assert found.start.tolist() == [[0, 0], [0, 100]]
-    assert np.all(found.column == -1)
+    assert found.place.tolist() == [0, 0]

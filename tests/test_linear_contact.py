@@ -8,6 +8,7 @@ from scenes import SOFT, add_spheres
 
 from beltsim import inp
 from beltsim.engine import advance_by, begin_stage, state_of
+from beltsim.lists import overlaps_of
 from beltsim.run import prepare
 from beltsim.scene import build
 
@@ -56,6 +57,6 @@ def test_largest_overlap_is_speed_over_frequency():
     share = 400
     state, _, mass = collided(1.0, share)
     advance_by(state, share // 2)
-    overlap = state.lists.spheres[0].overlap[0]
+    overlap = overlaps_of(state.lists.spheres, state.scene.population.particles, state.scene.shapes)[0]
     # Second order in the step: (pi / share)^2 / 24 relative.
     assert overlap == pytest.approx(2 * SPEED * math.sqrt(0.5 * mass / STIFFNESS), rel=(np.pi / share) ** 2)

@@ -13,6 +13,7 @@ import scenes
 from beltsim import threads, trajectory
 from beltsim.checkpoint import take
 from beltsim.engine import begin_stage, state_of
+from beltsim.lists import overlaps_of
 from beltsim.run import prepare
 from beltsim.scene import build
 
@@ -55,7 +56,8 @@ def fingerprint(scene, team: int | None) -> str:
     scenes.advance(state, 300)
     if scene is loaded_strip:
         assert state.list_builds > 2  # lists are made anew on the way
-        touching = [family[0].overlap for family in state.lists if family is not None]
+        bodies = state.scene.population.particles, state.scene.shapes
+        touching = [overlaps_of(family, *bodies) for family in state.lists if family is not None]
         assert len(touching) == 4
         assert all(np.any(overlap > 0.0) for overlap in touching)
     digest = hashlib.sha256()

@@ -40,7 +40,7 @@ def tile(upright=None, limits=None, whole=None, over=None, book=None):
 
 
 MARKS = np.zeros(8, np.int8)
-TURNS = (START, 8, ROWS4, ROWS3, ROWS3, ROWS3, ROWS3, ONE, 0.1, 0.1)
+TURNS = (START, START, 8, ROWS4, ROWS3, ROWS3, ROWS3, ROWS3, ONE, 0.1, 0.1)
 IDS, NUMBERS = np.zeros(8, np.uint32), np.zeros(8, np.uint64)
 
 
@@ -54,7 +54,7 @@ BODIES = (ROWS3, ROWS4, ROWS3, ONE), (ROWS3, ROWS4, ONE, ONE)
 LAW = HertzPair(*(1.0 for _ in HertzPair._fields))
 LAWS = Laws(*(np.ones((2, 2)) for _ in Laws._fields))
 LOOPS = {
-    "gaps of spheres": (sphere_contacts.find_gaps, (IDS, IDS, ROWS3, ONE, ONE, START, 8)),
+    "gaps of spheres": (sphere_contacts.find_gaps, (IDS, IDS, ROWS3, ONE, START, 8, ONE)),
     "contacts of spheres": (sphere_contacts.touching_loads, touching(LAW, LAWS)),
     "contacts of spheres that resist rolling": (
         sphere_contacts.touching_loads,
@@ -72,11 +72,12 @@ LOOPS = {
     "loads of bonds": (bond_tiles.add_tile, (START, START, 8, LOADS, ROWS3, ROWS3)),
     "drift": (
         integration.translate,
-        (START, 8, ROWS3, ROWS3, ROWS3, ONE, ONE, ROWS3, 0.1, 0.1, 1.0, 1.0),
+        (START, START, 8, ROWS3, ROWS3, ROWS3, ONE, ONE, 0.1, 0.1, 1.0),
     ),
+    "distance since the lists": (integration.count_far, (START, 8, ROWS3, ROWS3, 1.0, 1.0)),
     "rotation": (integration.turn, TURNS),
     "rotation of round particles": (integration.turn_round, TURNS),
-    "gravity": (integration.begin_sum, (START, 8, ROWS3, ROWS3, ROWS3, ONE, THREE, 0.1, THREE)),
+    "gravity": (integration.begin_sum, (START, START, 8, ROWS3, ROWS3, ROWS3, ONE, THREE, 0.1, THREE)),
     "last kick": (integration.last_half_kick, (START, 8, ROWS3, ROWS3, ROWS3, ROWS3, ONE, ONE, ONE, 0.1)),
 }
 

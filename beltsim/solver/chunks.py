@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from beltsim.solver.jit import inner
+from beltsim.solver.state import Array, ChunkNotes, Particles
 
 CHUNK = 1024
 """Particles in a chunk: 250 kB of state; a multiple of the bonds that are worked on at a time."""
@@ -24,3 +25,11 @@ def chunks_in(particles):
 def chunk_of(c, particles):
     """First particle, unsigned as vectorised loops want it, and number of particles of chunk c."""
     return np.uint64(c * CHUNK), min(CHUNK, particles - c * CHUNK)
+
+
+def notes_of(particles: Particles, listed: Array) -> ChunkNotes:
+    """Notes of the chunks when lists have been made at positions listed (3, n)."""
+    bodies = np.concatenate([particles.mass[None], particles.inertia, particles.mobility])
+    chunks, first = -(-particles.mass.size // CHUNK), {}
+    alike = [first.setdefault(bodies[:, c * CHUNK : (c + 1) * CHUNK].tobytes(), c) for c in range(chunks)]
+    return ChunkNotes(listed, np.zeros(chunks, np.int64), np.array(alike, np.int64))

@@ -21,14 +21,42 @@ LEAST = 512
 """Particles of a chunk at least: below, handing it out costs more than it brings."""
 
 
+PIECE = 4096
+"""Pairs of a piece at most: some thousand particles, whose state fits into the second-level cache."""
+
+
 def crossings_of(start: Array, second: Array, permanent: int) -> Crossings:
     """Crossings of the list whose rows are start (n + 1,) and whose second particles are second (p,).
 
     The first `permanent` particles stay for the whole run, the others are free and sorted by place.
     """
     bounds = bounds_of(start, second, permanent)
-    column, loaded = share_out(start, second, bounds)
-    return Crossings(bounds, column, np.zeros((6, loaded.size)), loaded)
+    crossing = count_crossing(start, second, bounds)
+    place = np.concatenate([[0], np.cumsum(crossing)])
+    piece, pair = pieces_of(start[bounds])
+    return Crossings(
+        start=bounds,
+        piece=piece,
+        pair=pair,
+        stop=np.array([second[low:high].max() + 1 for low, high in pair.T], np.int64),
+        place=place,
+        count=np.zeros_like(crossing),
+        loads=np.zeros((place[-1], 6)),
+        loaded=np.zeros(place[-1], np.int32),
+    )
+
+
+def pieces_of(pairs: Array) -> tuple[Array, Array]:
+    """Pieces of chunks whose pairs of each kind end at pairs (2, c + 1): `Crossings.piece` and `Crossings.pair`."""
+    first, last = (
+        pairs[:, :-1].T.ravel(),
+        pairs[:, 1:].T.ravel(),
+    )  # of both kinds of a chunk, then of the next chunk
+    count = -(-(last - first) // PIECE)
+    whose = np.repeat(np.arange(count.size), count)
+    begin = first[whose] + PIECE * (np.arange(whose.size) - (np.cumsum(count) - count)[whose])
+    piece = np.concatenate([[0], np.cumsum(count)[1::2]])
+    return piece, np.stack([begin, np.minimum(begin + PIECE, last[whose])])
 
 
 def bounds_of(start: Array, second: Array, permanent: int) -> Array:
@@ -78,18 +106,14 @@ def following_ends(low: int, high: int, slots: Array, partners: Array, ends: Arr
 
 
 @maker
-def share_out(start, second, bounds):
-    """Columns of the crossing pairs, -1 for the others, and the particles that they load."""
-    column, loaded = np.full(second.size, -1, np.int32), np.empty(second.size, np.int32)
-    owner = np.empty(start.size - 1, np.int32)
+def count_crossing(start, second, bounds):
+    """How many pairs of each chunk have a second particle of another one."""
+    owner, crossing = np.empty(start.size - 1, np.int32), np.zeros(bounds.shape[1] - 1, np.int64)
     for kind in range(2):
         for chunk in range(bounds.shape[1] - 1):
             for i in range(bounds[kind, chunk], bounds[kind, chunk + 1]):
                 owner[i] = chunk
-    crossing = 0
     for i in range(start.size - 1):
         for k in range(start[i], start[i + 1]):
-            if owner[second[k]] != owner[i]:
-                column[k], loaded[crossing] = crossing, second[k]
-                crossing += 1
-    return column, loaded[:crossing].copy()
+            crossing[owner[i]] += owner[second[k]] != owner[i]
+    return crossing

@@ -7,6 +7,8 @@ into rotations about the principal axes (Miller et al. 2002, J. Chem. Phys. 116,
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import types
 
@@ -17,6 +19,7 @@ from beltsim.solver.vectors import (
     at,
     at4,
     axes_of,
+    dot,
     from_axes,
     in_axes,
     of,
@@ -27,6 +30,7 @@ from beltsim.solver.vectors import (
     rows3,
     rows4,
     scaled,
+    sub,
     times,
     unit,
 )
@@ -94,19 +98,40 @@ def in_body(q, v):
     return in_axes(axes_of(q), v)
 
 
+CALM = 8
+"""Steps for which a chunk need not be looked at: fetching where the lists were made took 2 % of S1 at a million
+particles."""
+
+
+class Limits(NamedTuple):
+    """What the lists allow in a step [m]."""
+
+    reach: float  # distance of a particle from where the lists were made
+    near: (
+        float  # distance within which nobody can get beyond `reach` in `CALM` steps; negative: there is none
+    )
+    cap: float  # way of a particle in one step
+
+
+@inner
+def limits_of(skin, part_travel, cap):
+    """Limits of lists with a skin, when parts may have travelled so far, of a quarter of the skin."""
+    reach = 0.5 * (skin - part_travel) - cap
+    return Limits(reach, reach - 0.125 * skin - CALM * cap, cap)
+
+
 @vector_kernel
-def translate(start, count, position, velocity, force, mass, moves, listed, before, time_step, reach, cap):
+def translate(start, alike, count, position, velocity, force, mass, moves, before, time_step, cap):
     """First half kick and drift of the centres of a chunk, after what the last kick left over: one of a time `before`.
 
-    Returns how many particles are farther than `reach` from where the lists were made, how many moved more than
-    `cap` in this step, and how many are not finite. Counts, not maxima: those would keep the loop scalar.
+    Bodies are those from particle `alike` on. Returns how many particles moved more than `cap` in this step, and how
+    many are not finite. Counts, not maxima: those would keep the loop scalar.
     """
     half = 0.5 * time_step
-    far = fast = lost = 0
+    fast = lost = 0
     for n in range(count):
-        i = start + np.uint64(n)
-        share = moves[i] / mass[i]
-        moved = 0.0
+        i, body = start + np.uint64(n), alike + np.uint64(n)
+        share = moves[body] / mass[body]
         step = 0.0
         for c in range(3):
             # Two kicks, as if they were made one by one: results do not depend on how a run is cut into batches.
@@ -115,12 +140,38 @@ def translate(start, count, position, velocity, force, mass, moves, listed, befo
             x = position[c][i] + time_step * v
             velocity[c][i] = v
             position[c][i] = x
-            moved += (x - listed[c][i]) * (x - listed[c][i])
             step += time_step * v * time_step * v
-        far += 1 if moved > reach * reach else 0
         fast += 1 if step > cap * cap else 0
-        lost += 0 if moved < 1e300 else 1
-    return far, fast, lost
+        lost += 0 if step < 1e300 else 1
+    return fast, lost
+
+
+@vector_kernel
+def count_far(start, count, position, listed, reach, near):
+    """How many particles of a chunk are farther than `reach` from where the lists were made, and than `near`."""
+    far = farther = 0
+    for n in range(count):
+        i = start + np.uint64(n)
+        moved = sub(of(position, i), of(listed, i))
+        square = dot(moved, moved)
+        far += 1 if square > reach * reach else 0
+        farther += 1 if square > near * near else 0
+    return far, farther
+
+
+@inner
+def look_round(c, position, notes, reach, near):
+    """How many particles of chunk c are too far from where the lists were made for these lists.
+
+    Where all have stayed within `near`, nobody can be too far for the next `CALM` steps.
+    """
+    if notes.calm[c] > 0:
+        notes.calm[c] -= 1
+        return 0
+    start, count = chunk_of(c, position[0].size)
+    far, farther = count_far(start, count, position, rows3(notes.listed), reach, near)
+    notes.calm[c] = CALM if near > 0.0 and farther == 0 else 0
+    return far
 
 
 @inner
@@ -130,23 +181,23 @@ def kicked_twice(momentum, torque, first, second):
 
 
 @vector_kernel
-def count_round(start, count, inertia):
+def count_round(alike, count, inertia):
     """How many particles of a chunk have three equal moments of inertia."""
     found = 0
     for n in range(count):
-        a, b, c = of(inertia, start + np.uint64(n))
+        a, b, c = of(inertia, alike + np.uint64(n))
         found += 1 if (a == b) & (b == c) else 0
     return found
 
 
 @vector_kernel
-def turn_round(start, count, orientation, momentum, spin, torque, inertia, turns, before, time_step):
+def turn_round(start, alike, count, orientation, momentum, spin, torque, inertia, turns, before, time_step):
     """`turn` for particles with three equal moments: a third of the time, since free motion keeps their spin."""
     half = 0.5 * time_step
     for n in range(count):
-        i = start + np.uint64(n)
-        angular = kicked_twice(of(momentum, i), of(torque, i), before * turns[i], half * turns[i])
-        w = scaled(angular, 1.0 / inertia[0][i])
+        i, body = start + np.uint64(n), alike + np.uint64(n)
+        angular = kicked_twice(of(momentum, i), of(torque, i), before * turns[body], half * turns[body])
+        w = scaled(angular, 1.0 / inertia[0][body])
         q = unit(product((1.0, half * w[0], half * w[1], half * w[2]), of4(orientation, i)))
         for c in range(3):
             momentum[c][i] = angular[c]
@@ -156,16 +207,16 @@ def turn_round(start, count, orientation, momentum, spin, torque, inertia, turns
 
 
 @vector_kernel
-def turn(start, count, orientation, momentum, spin, torque, inertia, turns, before, time_step):
+def turn(start, alike, count, orientation, momentum, spin, torque, inertia, turns, before, time_step):
     """First half kick and free rotation of a chunk of particles; their angular velocity at the new orientation.
 
-    `before` as in `translate`.
+    `alike` and `before` as in `translate`.
     """
     half = 0.5 * time_step
     for n in range(count):
-        i = start + np.uint64(n)
-        q, pliancy = of4(orientation, i), inverse(of(inertia, i))
-        angular = kicked_twice(of(momentum, i), of(torque, i), before * turns[i], half * turns[i])
+        i, body = start + np.uint64(n), alike + np.uint64(n)
+        q, pliancy = of4(orientation, i), inverse(of(inertia, body))
+        angular = kicked_twice(of(momentum, i), of(torque, i), before * turns[body], half * turns[body])
         q, local = turn_freely(q, in_body(q, angular), pliancy, time_step)
         w = world_spin(q, local, pliancy)
         for c in range(3):
@@ -176,26 +227,27 @@ def turn(start, count, orientation, momentum, spin, torque, inertia, turns, befo
 
 
 @vector_kernel
-def begin_sum(start, count, force, torque, velocity, mass, gravity, drag, wind):
+def begin_sum(start, alike, count, force, torque, velocity, mass, gravity, drag, wind):
     """Begin the sum of all loads with gravity and global damping."""
     for n in range(count):
-        i = start + np.uint64(n)
+        i, body = start + np.uint64(n), alike + np.uint64(n)
         for c in range(3):
-            force[c][i] = mass[i] * (gravity[c] - drag * (velocity[c][i] - wind[c]))
+            force[c][i] = mass[body] * (gravity[c] - drag * (velocity[c][i] - wind[c]))
             torque[c][i] = 0.0
 
 
 @callee
-def weigh_chunk(c, particles, gravity, drag, wind):
+def weigh_chunk(c, particles, notes, gravity, drag, wind):
     """Begin the sum of all loads on chunk c with gravity and global damping."""
     start, count = chunk_of(c, particles.mass.size)
+    alike, _ = chunk_of(notes.alike[c], particles.mass.size)
     force, torque, velocity = rows3(particles.force), rows3(particles.torque), rows3(particles.velocity)
-    begin_sum(start, count, force, torque, velocity, particles.mass, gravity, drag, wind)
+    begin_sum(start, alike, count, force, torque, velocity, particles.mass, gravity, drag, wind)
 
 
 @pass_kernel(returns=types.UniTuple(types.int64, 3))
-def drift_chunk(c, particles, listed, gravity, drag, wind, ledger, before, time_step, reach, cap):
-    """First half kick and drift of chunk c; returns the counts of `translate`.
+def drift_chunk(c, particles, notes, gravity, drag, wind, ledger, before, time_step, limits):
+    """First half kick and drift of chunk c; returns how many particles are too far, too fast and lost (`Limits`).
 
     Without an energy book, which needs the old loads once more, the sum of the new ones is begun too: the chunk's state
     is in the cache.
@@ -203,37 +255,39 @@ def drift_chunk(c, particles, listed, gravity, drag, wind, ledger, before, time_
     force, torque = rows3(particles.force), rows3(particles.torque)
     inertia, mobility, velocity = rows3(particles.inertia), particles.mobility, rows3(particles.velocity)
     start, count = chunk_of(c, particles.mass.size)
-    counts = translate(
+    alike, _ = chunk_of(notes.alike[c], particles.mass.size)
+    position = rows3(particles.position)
+    fast, lost = translate(
         start,
+        alike,
         count,
-        rows3(particles.position),
+        position,
         velocity,
         force,
         particles.mass,
         mobility[0],
-        rows3(listed),
         before,
         time_step,
-        reach,
-        cap,
+        limits.cap,
     )
+    far = look_round(c, position, notes, limits.reach, limits.near)
     state = rows4(particles.orientation), rows3(particles.angular_momentum), rows3(particles.angular_velocity)
-    if count_round(start, count, inertia) == count:
-        turn_round(start, count, *state, torque, inertia, mobility[1], before, time_step)
+    if count_round(alike, count, inertia) == count:
+        turn_round(start, alike, count, *state, torque, inertia, mobility[1], before, time_step)
     else:
-        turn(start, count, *state, torque, inertia, mobility[1], before, time_step)
+        turn(start, alike, count, *state, torque, inertia, mobility[1], before, time_step)
     if ledger is None:
-        weigh_chunk(c, particles, gravity, drag, wind)
-    return counts
+        weigh_chunk(c, particles, notes, gravity, drag, wind)
+    return far, fast, lost
 
 
 @callee
-def kick_and_drift(particles, environment, team, before, time_step, reach, cap):
-    """First half kick and drift of all particles; returns the counts of `translate`, and takes `before` as it does."""
+def kick_and_drift(particles, environment, team, before, time_step, limits):
+    """First half kick and drift of all particles; returns the counts of `drift_chunk`, `before` as in `translate`."""
     far = fast = lost = 0
-    listed, gravity, drag = environment.listed, environment.gravity, environment.drag
+    notes, gravity, drag = environment.notes, environment.gravity, environment.drag
     work = (
-        particles, listed, gravity, drag, environment.wind, environment.ledger, before, time_step, reach, cap,
+        particles, notes, gravity, drag, environment.wind, environment.ledger, before, time_step, limits,
     )  # fmt: skip
     chunks = chunks_in(particles.mass.size)
     if team is None:
@@ -261,7 +315,7 @@ def last_half_kick(start, count, velocity, momentum, force, torque, mass, moves,
 def weigh(particles, environment):
     """Begin the sum of all loads with gravity and global damping; by one thread, since few steps need it."""
     for c in range(chunks_in(particles.mass.size)):
-        weigh_chunk(c, particles, environment.gravity, environment.drag, environment.wind)
+        weigh_chunk(c, particles, environment.notes, environment.gravity, environment.drag, environment.wind)
 
 
 @callee

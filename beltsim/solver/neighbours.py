@@ -80,7 +80,7 @@ def link_neighbours(start, second, bonded_start, bonded, beside):
 def empty_contacts(start: Array, first: Array, second: Array, *, rolls=True, summed=True) -> Contacts:
     """Contacts without history for the pairs given.
 
-    `rolls`: with rolling moments; `summed`: with loads and links between the pairs of a particle.
+    `rolls`: with rolling moments; `summed`: with loads, overlaps and links between the pairs of a particle.
     """
     pairs = first.size
     return Contacts(
@@ -91,7 +91,7 @@ def empty_contacts(start: Array, first: Array, second: Array, *, rolls=True, sum
         stiffness=np.zeros(pairs),
         rolling=np.zeros((3, pairs)) if rolls else None,
         loads=np.zeros((9, pairs)) if summed else None,
-        overlap=np.full(pairs, -1.0),
+        overlap=np.full(pairs, -1.0) if summed else None,
         beside=np.full((4, pairs), -1, np.int32) if summed else None,
         carriers=np.zeros(pairs, np.uint32) if summed else None,
     )

@@ -64,7 +64,7 @@ def drift(particles, environment, time_step, reach, cap):
         particles.mobility[1],
         time_step,
     )
-    return move_on(particles.position, particles.velocity, environment.listed, time_step, reach, cap)
+    return move_on(particles.position, particles.velocity, environment.notes.listed, time_step, reach, cap)
 
 
 @callee

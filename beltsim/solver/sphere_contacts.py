@@ -46,12 +46,15 @@ ROWS = 33
 
 
 @vector_kernel
-def find_gaps(first, second, position, radius, overlaps, base, count):
-    """Overlaps of `count` pairs from pair `base` on, negative where two spheres are apart."""
+def find_gaps(first, second, position, radius, base, count, overlaps):
+    """Overlaps of `count` pairs from pair `base` on, negative where two spheres are apart.
+
+    They stay in the scratch space: kept for each pair they were a tenth of all that S2 fetched from memory.
+    """
     for n in range(count):
         k = base + np.uint64(n)
         i, j = first[k], second[k]
-        overlaps[k] = radius[i] + radius[j] - norm(sub(of(position, i), of(position, j)))
+        overlaps[np.uint64(n)] = radius[i] + radius[j] - norm(sub(of(position, i), of(position, j)))
 
 
 @vector_kernel
@@ -61,7 +64,7 @@ def list_touching(overlaps, base, count, touching):
     for n in range(count):
         k = base + np.uint64(n)
         touching[found] = k
-        found += np.uint64(1) if overlaps[k] > 0.0 else np.uint64(0)
+        found += np.uint64(1) if overlaps[np.uint64(n)] > 0.0 else np.uint64(0)
     return found
 
 
@@ -70,7 +73,7 @@ def forget_parted(overlaps, stiffnesses, base, count):
     """No tangential stiffness: no history."""
     for n in range(count):
         k = base + np.uint64(n)
-        stiffnesses[k] = stiffnesses[k] if overlaps[k] > 0.0 else 0.0
+        stiffnesses[k] = stiffnesses[k] if overlaps[np.uint64(n)] > 0.0 else 0.0
 
 
 @inner
@@ -79,7 +82,7 @@ def note_parted(book, overlaps, stiffnesses, base, count):
     if book is not None:
         for n in range(count):
             k = base + np.uint64(n)
-            if stiffnesses[k] > 0.0 and overlaps[k] <= 0.0:
+            if stiffnesses[k] > 0.0 and overlaps[n] <= 0.0:
                 note_end(book, k)
 
 
@@ -197,10 +200,12 @@ def touching_loads(
 
 
 @inner
-def scatter(tile, count, touching, pairs, contacts, force, torque, crossings):
+def scatter(tile, count, touching, pairs, contacts, force, torque, crossings, chunk):
     """Add the loads of a tile to its particles, or to the loads that cross to other chunks; store its history."""
     spring, stiffness = rows3(contacts.spring), contacts.stiffness
-    column, crossing = crossings.column, crossings.loads
+    loads, loaded = crossings.loads, crossings.loaded
+    crossed = crossings.place[chunk] + crossings.count[chunk]
+    low, own = own_stretches(crossings, chunk)
     first, second = pairs
     for n in range(count):
         k = touching[n]
@@ -210,14 +215,25 @@ def scatter(tile, count, touching, pairs, contacts, force, torque, crossings):
             spring[c][k] = tile[SPRING + c, n]
             force[c][i] += tile[LOADS + c, n]
             torque[c][i] += tile[LOADS + 3 + c, n]
-        if column[k] < 0:
+        if (np.uint32(j - low[0]) < own[0]) | (np.uint32(j - low[1]) < own[1]):
             for c in range(3):
                 force[c][j] -= tile[LOADS + c, n]
                 torque[c][j] += tile[LOADS + 6 + c, n]
         else:
+            loaded[crossed] = j
             for c in range(3):
-                crossing[c, column[k]] = -tile[LOADS + c, n]
-                crossing[3 + c, column[k]] = tile[LOADS + 6 + c, n]
+                loads[crossed, c] = -tile[LOADS + c, n]
+                loads[crossed, 3 + c] = tile[LOADS + 6 + c, n]
+            crossed += 1
+    crossings.count[chunk] = crossed - crossings.place[chunk]
+
+
+@inner
+def own_stretches(crossings, chunk):
+    """First particle and number of particles, unsigned, of both stretches that a chunk owns."""
+    low, high = crossings.start[:, chunk], crossings.start[:, chunk + 1]
+    sizes = np.uint32(high[0] - low[0]), np.uint32(high[1] - low[1])
+    return (np.uint32(low[0]), np.uint32(low[1])), sizes
 
 
 @inner
@@ -230,29 +246,38 @@ def scatter_rolling(rolling, touching, count, tile):
 
 
 @pass_kernel
-def sphere_chunk(chunk, particles, shapes, laws, listed, time_step):
-    """Contacts in the rows of one chunk of particles; see `lists.ListedSpheres`."""
+def sphere_piece(piece, chunk, particles, shapes, laws, listed, time_step):
+    """Contacts of one piece of the pairs of a chunk; see `lists.ListedSpheres`."""
     contacts, crossings, material = listed
-    law = common_law(laws, material)
     tile, touching = scratch_rows(ROWS, PAIRS), scratch_row(PLACES, np.uint64)
+    overlaps = scratch_row(PAIRS, np.float64)
     clear(tile, touching)
-    for kind in range(2):
-        row, last = crossings.start[kind, chunk], crossings.start[kind, chunk + 1]
-        stop = contacts.start[last]
-        for begin in range(contacts.start[row], stop, PAIRS):
-            count = min(PAIRS, stop - begin)
-            sphere_tile(
-                particles, shapes, laws, law, contacts, crossings, begin, count, time_step, tile, touching
-            )
+    law, stop = common_law(laws, material), crossings.pair[1, piece]
+    for begin in range(crossings.pair[0, piece], stop, PAIRS):
+        count = min(PAIRS, stop - begin)
+        sphere_tile(
+            particles, shapes, laws, law, contacts, crossings, chunk, begin, count, time_step,
+            tile, touching, overlaps,
+        )  # fmt: skip
+
+
+@pass_kernel
+def sphere_chunk(chunk, particles, shapes, laws, listed, time_step):
+    """Contacts in the rows of one chunk of particles, one thread's work."""
+    crossings = listed.crossings
+    for piece in range(crossings.piece[chunk], crossings.piece[chunk + 1]):
+        sphere_piece(piece, chunk, particles, shapes, laws, listed, time_step)
 
 
 @inner
-def sphere_tile(particles, shapes, laws, law, contacts, crossings, begin, count, time_step, tile, touching):
+def sphere_tile(
+    particles, shapes, laws, law, contacts, crossings, chunk, begin, count, time_step, tile, touching, overlaps
+):  # fmt: skip
     """Contacts of `count` pairs from pair `begin` on, `PAIRS` at most, by way of the scratch space."""
     pairs = (contacts.first.view(np.uint32), contacts.second.view(np.uint32))
     position, radius, material = rows3(particles.position), shapes.radius, shapes.material.view(np.uint32)
-    overlaps, stiffnesses, book, base = contacts.overlap, contacts.stiffness, contacts.book, np.uint64(begin)
-    find_gaps(pairs[0], pairs[1], position, radius, overlaps, base, count)
+    stiffnesses, book, base = contacts.stiffness, contacts.book, np.uint64(begin)
+    find_gaps(pairs[0], pairs[1], position, radius, base, count, overlaps)
     found = np.int64(list_touching(overlaps, base, count, touching))
     note_parted(book, overlaps, stiffnesses, base, count)
     forget_parted(overlaps, stiffnesses, base, count)
@@ -266,34 +291,43 @@ def sphere_tile(particles, shapes, laws, law, contacts, crossings, begin, count,
         touching, contacts.rolling, book, time_step, columns_for(found, book),
     )  # fmt: skip
     scatter(
-        tile, found, touching, pairs, contacts, rows3(particles.force), rows3(particles.torque), crossings
-    )
+        tile, found, touching, pairs, contacts, rows3(particles.force), rows3(particles.torque), crossings, chunk
+    )  # fmt: skip
     scatter_rolling(contacts.rolling, touching, found, tile)
+
+
+@callee
+def begin_crossing(crossings):
+    """Nothing has crossed yet in this step."""
+    for chunk in range(crossings.count.size):
+        crossings.count[chunk] = 0
 
 
 @callee
 def take_crossings(particles, crossings):
     """Add the loads that crossed from one chunk to another; by one thread, since they are few."""
-    force, torque, loads = particles.force, particles.torque, crossings.loads
-    for column in range(crossings.loaded.size):
-        i = crossings.loaded[column]
-        for c in range(3):
-            force[c, i] += loads[c, column]
-            torque[c, i] += loads[3 + c, column]
-            loads[c, column] = 0.0
-            loads[3 + c, column] = 0.0
+    force, torque = rows3(particles.force), rows3(particles.torque)
+    loads, loaded = crossings.loads, crossings.loaded
+    for chunk in range(crossings.count.size):
+        begin = crossings.place[chunk]
+        for row in range(begin, begin + crossings.count[chunk]):
+            i = loaded[row]
+            for c in range(3):
+                force[c][i] += loads[row, c]
+                torque[c][i] += loads[row, 3 + c]
 
 
 @callee
 def sphere_sphere_pass(particles, shapes, laws, listed, time_step, team):
     """Contacts between spheres; see `lists.ListedSpheres`. `team`: threads, None for one."""
-    crossings, work = listed.crossings, (particles, shapes, laws, listed, time_step)
-    chunks = crossings.start.shape[1] - 1
+    crossings, bodies = listed.crossings, (particles, shapes, laws)
+    begin_crossing(crossings)
     if team is None:
-        for chunk in range(chunks):
-            sphere_chunk(chunk, *work)
+        for chunk in range(crossings.count.size):
+            for piece in range(crossings.piece[chunk], crossings.piece[chunk + 1]):
+                sphere_piece(piece, chunk, *bodies, listed, time_step)
     else:  # each adds to its own particles, the rest crosses over afterwards
-        share(sphere_chunk, 0, chunks, 1, team, work)
+        share(sphere_chunk, 0, crossings.count.size, 1, team, (*bodies, listed, time_step))
     take_crossings(particles, crossings)
 
 

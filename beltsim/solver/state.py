@@ -30,6 +30,14 @@ class Particles(NamedTuple):
     mobility: Array  # (2, n) 1 or 0: moves under force, turns under torque
 
 
+class ChunkNotes(NamedTuple):
+    """What steps know about the chunks of particles (`chunks`) besides their state."""
+
+    listed: Array  # (3, n) m, positions when the lists were made
+    calm: Array  # (c,) int64 steps for which no particle can be too far from there
+    alike: Array  # (c,) int64 the first chunk whose particles have the same masses, moments of inertia and mobilities
+
+
 class Shapes(NamedTuple):
     """What particles look like to contacts."""
 
@@ -101,7 +109,7 @@ class Contacts(NamedTuple):
     stiffness: Array  # (p,) tangential stiffness of the step before, N/m; 0: not touching
     rolling: Array | None  # (3, p) moment of the rolling spring, N m; None: no material has rolling friction
     loads: Array | None  # (9, p) as Bonds.loads; None: nobody sums them afterwards
-    overlap: Array  # (p,) m, of the last step
+    overlap: Array | None  # (p,) m, of the last step; None: nobody asks the pass for it
     beside: (
         Array | None
     )  # (4, p) int32 pair of the sphere with a neighbour of the box, -1: none; see `wall_pass`
@@ -116,11 +124,13 @@ class Crossings(NamedTuple):
     """
 
     start: Array  # (2, c + 1) int64: of permanent and of free particles chunk c owns start[kind, c]:start[kind, c + 1]
-    column: Array  # (p,) int32 column of `loads` where the second particle belongs to another chunk, else -1
-    loads: (
-        Array  # (6, q) force [N] and torque [N m] on those second particles; zero but between the two passes
-    )
-    loaded: Array  # (q,) int32 the particles that they load
+    piece: Array  # (c + 1,) int64: the pairs of chunk c are pieces piece[c]:piece[c + 1]
+    pair: Array  # (2, pieces) int64 first pair of each piece, and the one after its last
+    stop: Array  # (pieces,) int64 the slot after the last particle of each piece, which is a second one
+    place: Array  # (c + 1,) int64: loads that come from chunk c are written to rows place[c]... of `loads`
+    count: Array  # (c,) int64, how many there are in this step
+    loads: Array  # (q, 6) force [N] and torque [N m] on a second particle that belongs to another chunk
+    loaded: Array  # (q,) int32 those particles
 
 
 class Laws(NamedTuple):

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from beltsim.solver.bonds import bond_chunk, bond_pass, bonds_across, in_turn, last_loaded
+from beltsim.solver.bonds import bond_pass
 from beltsim.solver.box_contacts import box_box_pass
 from beltsim.solver.box_cylinder_contacts import box_cylinder_pass
-from beltsim.solver.chunks import chunks_in
 from beltsim.solver.contacts import add_loads, sphere_part_pass
 from beltsim.solver.guides import Guided, Pivots, guide, hold_axes, turn_guided
-from beltsim.solver.integration import drift_chunk, kick, kick_and_drift, weigh
+from beltsim.solver.integration import kick, limits_of, weigh
 from beltsim.solver.jit import callee, inner, kernel
 from beltsim.solver.ledger import Ledger, note_before_push, note_first_half, note_push, note_second_half
 from beltsim.solver.motion import (
@@ -29,7 +28,8 @@ from beltsim.solver.motion import (
 from beltsim.solver.rods import follow_rods, load_rods, rod_pass
 from beltsim.solver.sphere_box_contacts import sphere_box_pass
 from beltsim.solver.sphere_contacts import sphere_sphere_pass
-from beltsim.solver.state import Array
+from beltsim.solver.state import Array, ChunkNotes
+from beltsim.solver.underway import drift_and_load
 from beltsim.solver.vectors import (
     add,
     at,
@@ -60,7 +60,7 @@ class Environment(NamedTuple):
     gravity: tuple  # (3,) m/s2
     drag: float  # 1/s, mass-proportional damping
     wind: tuple  # (3,) m/s, the velocity that the damping pulls towards
-    listed: Array  # (3, n) positions when the lists were made, m
+    notes: ChunkNotes
     part_travel: Array  # (1,) how far parts may have moved since, m
     part_work: Array  # (p,) work of each part on what touches it, J
     guided: Guided
@@ -107,24 +107,25 @@ def add_given_loads(particles, given, amplitudes, time):
 
 @callee
 def find_forces(
-    particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock, bonded
+    particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, clock, underway
 ):
     """All loads at the present positions, at the time of the clock.
 
-    The sum of loads has been begun (`weigh`), with those of the bonds if `bonded`. Groups that the scene lacks are
-    None: numba compiles their branch away. See `advance` for the parameters.
+    The sum of loads has been begun (`weigh`), with what `drift_and_load` found if `underway`. Groups that the scene
+    lacks are None: numba compiles their branch away. See `advance` for the parameters.
     """
     follow_rods(particles, parts, lists.rods)
     for p in range(parts.force.shape[1]):
         put(parts.force, p, (0.0, 0.0, 0.0))
         put(parts.torque, p, (0.0, 0.0, 0.0))
         put(drives[1].pressing, p, (0.0, 0.0, 0.0))
-    if belt is not None and not bonded:
+    if belt is not None and not underway:
         bonds, runs, kinds = belt
         bond_pass(particles, bonds, runs, kinds, strength, clock.step, clock.time_step, environment.team)
     find_contact_forces(
         particles, shapes, laws, lists.spheres, lists.boxes, lists.sphere_parts, lists.box_parts, lists.walls,
         lists.points, lists.box_boxes, lists.rods, parts, drives[1], clock.time_step, environment.team,
+        belt is None and underway,
     )  # fmt: skip
     load_rods(particles, parts, lists.rods)
     time = clock.start + clock.step * clock.time_step
@@ -150,8 +151,11 @@ def find_contact_forces(
     slides,
     time_step,
     team,
+    touched,
 ):
-    """Loads of all contacts."""
+    """Loads of all contacts, without those between spheres if they have `touched` already."""
+    if spheres is not None and not touched:
+        sphere_sphere_pass(particles, shapes, laws, spheres, time_step, team)
     if walls is not None:
         contacts, index, feelers, surfaces = walls
         wall_pass(particles, shapes, laws, contacts, feelers, surfaces, parts, slides, time_step)
@@ -165,8 +169,6 @@ def find_contact_forces(
     if box_boxes is not None:
         box_box_pass(particles, shapes, laws, box_boxes[0], time_step)
         add_loads(particles, box_boxes[0], True)
-    if spheres is not None:
-        sphere_sphere_pass(particles, shapes, laws, spheres, time_step, team)
     if boxes is not None:
         sphere_box_pass(particles, shapes, laws, boxes[0], time_step)
         add_loads(particles, boxes[0], True)
@@ -222,16 +224,14 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
     for n in range(steps):
         step = clock.step + n
         time = clock.start + step * dt
-        reach = 0.5 * (clock.skin - environment.part_travel[0]) - clock.cap
+        limits = limits_of(clock.skin, environment.part_travel[0], clock.cap)
         guide(particles, environment.guided, amplitudes, time + 0.5 * dt)
         now = Clock(dt, clock.start, step + 1, clock.skin, clock.cap)
-        bonded = belt is not None and on_the_way(environment)
-        if belt is not None and bonded:
-            far, fast, lost = drift_and_bond(particles, belt, strength, environment, left, reach, now)
-        else:
-            far, fast, lost = kick_and_drift(
-                particles, environment, environment.team, left, dt, reach, clock.cap
-            )
+        counts, underway = drift_and_load(
+            particles, shapes, laws, belt, strength, lists.spheres, environment, environment.ledger,
+            environment.team, left, limits, now,
+        )  # fmt: skip
+        far, fast, lost = counts
         if lost > 0:
             return n, LOST
         turn_guided(particles, environment.guided, amplitudes, time + 0.5 * dt, dt)
@@ -246,7 +246,7 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
         if ledger is not None:
             weigh(particles, environment)
         find_forces(
-            particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now, bonded
+            particles, shapes, laws, belt, strength, lists, parts, drives, given, environment, now, underway
         )
         add_part_work(parts, slides, environment.part_work, 0.5 * dt)
         note_second_half(
@@ -265,41 +265,11 @@ def advance(particles, shapes, laws, belt, strength, lists, parts, drives, given
 
 
 @inner
-def on_the_way(environment):
-    """Whether bonds can be done while particles drift: not with led particles, which turn later, books or threads."""
-    return environment.ledger is None and environment.team is None and environment.guided.particle.size == 0
-
-
-@callee
-def drift_and_bond(particles, belt, strength, environment, left, reach, clock):
-    """`kick_and_drift` and the loads of the bonds, those of each chunk while it is in the cache.
-
-    At a million particles on one core a step takes 21 ns a particle this way, and 25 ns one after the other.
-    """
-    bonds, runs, kinds = belt
-    gravity, drag, wind = environment.gravity, environment.drag, environment.wind
-    far = fast = lost = done = wound = 0
-    chunks, drifting = runs.chunk.size - 1, chunks_in(particles.mass.size)
-    for c in range(drifting):
-        counts = drift_chunk(
-            c, particles, environment.listed, gravity, drag, wind, None,
-            left, clock.time_step, reach, clock.cap,
-        )  # fmt: skip
-        far, fast, lost = far + counts[0], fast + counts[1], lost + counts[2]
-        while done < chunks and (last_loaded(done, chunks) <= c or c + 1 == drifting):
-            turn = in_turn(done, chunks)
-            wound += bond_chunk(turn, particles, bonds, runs, kinds, strength, clock.step, clock.time_step)
-            done += 1
-    wound += bonds_across(particles, bonds, runs, kinds, strength, clock.step, clock.time_step)
-    bonds.wound[0] = wound
-    return far, fast, lost
-
-
-@inner
 def why_stop(belt, environment, clock, fast, far):
     """Why no more steps are to be made with these lists; DONE if they serve on.
 
-    Nobody beyond `reach`, nobody faster than `cap`: no pair gets from beyond the skin into touch in the next step.
+    With nobody too far and nobody too fast (`integration.Limits`) no pair gets from beyond the skin into touch in the
+    next step.
     """
     if belt is not None and belt[0].wound[0] > 0:
         return WOUND_UP
