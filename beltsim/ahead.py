@@ -23,7 +23,7 @@ from beltsim.lists import ListedSpheres, Lists
 from beltsim.solver.bonds import bond_chunk, bond_measures
 from beltsim.solver.box_cylinder_contacts import box_cylinder_pass
 from beltsim.solver.cache import holds
-from beltsim.solver.chunks import notes_of
+from beltsim.solver.chunks import alike_chunks, notes_of
 from beltsim.solver.contacts import sphere_part_chunk
 from beltsim.solver.crossings import crossings_of
 from beltsim.solver.integration import Limits, drift_chunk, spin_of_momentum
@@ -96,7 +96,7 @@ def passes_over_particles(state: State) -> Iterator[tuple[Pass, tuple]]:
         yield bond_chunk, (0, *belt)
     ledger = None if state.account is None else state.account.ledger
     air = (tuple(scene.gravity), STEP, (STEP, STEP, STEP))
-    notes = notes_of(particles, particles.position)
+    notes = notes_of(particles.position, alike_chunks(particles))
     motion = (particles, notes, *air, ledger, STEP, STEP, Limits(STEP, STEP, STEP))
     yield drift_chunk, (0, *motion)
 

@@ -17,7 +17,7 @@ import numpy as np
 from beltsim.console import CommandError
 from beltsim.engine import State
 from beltsim.lists import bonded_neighbours
-from beltsim.solver.chunks import notes_of
+from beltsim.solver.chunks import alike_chunks, notes_of
 from beltsim.source import Source
 
 VERSION = 1
@@ -86,7 +86,7 @@ def put_back(checkpoint: dict, state: State, sources: list[Source] = ()) -> None
         scene.bonding.bonds = scene.bonds._replace(book=rebuilt(scene.bonds.book, checkpoint["bond_book"]))
     state.lists = rebuilt(state.lists, checkpoint["lists"])
     state.excluded = rebuilt(state.excluded, checkpoint["excluded"])
-    state.notes = notes_of(population.particles, checkpoint["listed"].copy())
+    state.notes = notes_of(checkpoint["listed"].copy(), alike_chunks(population.particles))
     state.part_travel = checkpoint["part_travel"].copy()
     state.part_work = checkpoint["part_work"].copy()
     state.account = rebuilt(state.account, checkpoint["account"])

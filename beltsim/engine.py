@@ -24,7 +24,7 @@ from beltsim.scene.bodies import BOX, SPHERE
 from beltsim.scene.guiding import engage, led_slots
 from beltsim.scene.touching import of_shape
 from beltsim.skin import first_skin, tuned
-from beltsim.solver.chunks import notes_of
+from beltsim.solver.chunks import alike_chunks, notes_of
 from beltsim.solver.guides import Guided, Pivots, guide
 from beltsim.solver.integration import spin_of_momentum
 from beltsim.solver.motion import Slides, Spins, prescribe_parts
@@ -156,6 +156,7 @@ def begin_stage(state: State, stage: Stage) -> None:
     engage(scene.population, stage.guided, stage.pivots, released)
     prescribe_parts(scene.machinery.parts, stage.spins, stage.slides, scene.amplitudes, stage.start)
     guide(scene.population.particles, stage.guided, scene.amplitudes, stage.start)
+    state.notes = None  # others may be held now
     renew_lists(state)
     find_forces(state)
     if account is not None:
@@ -205,15 +206,18 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
         state.excluded,
         machinery.rods,
         population.permanent,
+        state.team,
     )
     if state.account is not None:
         new = with_books(new)
         close_lists(state.account, state.lists)
+    same = state.notes is not None and origin is None
+    alike = state.notes.alike if same else alike_chunks(population.particles)
     if state.lists is not None:
         origin = np.arange(count, dtype=np.int64) if origin is None else origin
         carry(new, state.lists, origin, len(machinery.info))
     state.lists = new
-    state.notes = notes_of(population.particles, population.particles.position.copy())
+    state.notes = notes_of(population.particles.position.copy(), alike)
     state.part_travel = np.zeros(1)
     # Particles may get half as fast again before lists are made anew for that alone; the least keeps a scene at rest
     # from being called too fast.

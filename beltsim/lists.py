@@ -103,18 +103,19 @@ def make_lists(
     excluded: Excluded,
     rods: Rods | None,
     permanent: int,
+    team: int | None = None,
 ) -> Lists:
     """All lists at the present positions, without history.
 
     `chosen` = slots of spheres and of boxes; `excluded` = pairs that do not touch; `rods` = cylinders that fly;
-    `permanent` = how many particles stay for the whole run.
+    `permanent` = how many particles stay for the whole run; `team` = threads, None for one.
     """
     spheres, boxes = chosen
     position = particles.position
     apart = by_particle(excluded, particles.mass.size)
 
     def among(owners, members=None, **kept):
-        start, second = particle_pairs(position, shapes, owners, members, skin, apart)
+        start, second = particle_pairs(position, shapes, owners, members, skin, apart, team)
         return empty_contacts(start, owners_of(start), second, **kept)
 
     def with_parts(slots, planes):

@@ -27,9 +27,14 @@ def chunk_of(c, particles):
     return np.uint64(c * CHUNK), min(CHUNK, particles - c * CHUNK)
 
 
-def notes_of(particles: Particles, listed: Array) -> ChunkNotes:
-    """Notes of the chunks when lists have been made at positions listed (3, n)."""
+def notes_of(listed: Array, alike: Array) -> ChunkNotes:
+    """Notes of the chunks when lists have been made at positions listed (3, n); `alike` = `alike_chunks`."""
+    return ChunkNotes(listed, np.zeros(alike.size, np.int64), alike)
+
+
+def alike_chunks(particles: Particles) -> Array:
+    """The first chunk (c,) int64 whose bodies are those of each chunk; anew when particles come, go or are held."""
     bodies = np.concatenate([particles.mass[None], particles.inertia, particles.mobility])
     chunks, first = -(-particles.mass.size // CHUNK), {}
     alike = [first.setdefault(bodies[:, c * CHUNK : (c + 1) * CHUNK].tobytes(), c) for c in range(chunks)]
-    return ChunkNotes(listed, np.zeros(chunks, np.int64), np.array(alike, np.int64))
+    return np.array(alike, np.int64)

@@ -66,26 +66,46 @@ def bounds_of(start: Array, second: Array, permanent: int) -> Array:
     are.
     """
     count = start.size - 1
-    rows = np.repeat(np.arange(permanent), np.diff(start[: permanent + 1]))
-    partners = second[: start[permanent]]
-    mixed = partners >= permanent
-    rows, partners = rows[mixed], partners[mixed]
-    if count > permanent and start[count] - start[permanent] >= start[permanent] - rows.size:
-        free = even_ends(start, second, permanent, count)
+    pairs, reach, rows, partners = survey(start, second, permanent)
+    if count > permanent and pairs[1] >= pairs[0]:
+        free = even_ends(start, permanent, count, reach[1])
         return np.stack([following_ends(0, permanent, rows, partners, free), free])
-    kept = even_ends(start, second, 0, permanent)
+    kept = even_ends(start, 0, permanent, reach[0])
     order = np.argsort(partners, kind="stable")
     return np.stack([kept, following_ends(permanent, count, partners[order], rows[order], kept)])
 
 
-def even_ends(start: Array, second: Array, low: int, high: int) -> Array:
+@maker
+def survey(start, second, permanent):
+    """What a list looks like.
+
+    Returns
+    -------
+    pairs (2,), reach (2,) : of two permanent and of two free particles how many pairs there are, and how many slots
+        they are apart in the mean
+    rows, partners : the permanent and the free particles of the other pairs
+    """
+    pairs, reach, mixed = np.zeros(2, np.int64), np.zeros(2), 0
+    rows, partners = np.empty(start[permanent], np.int64), np.empty(start[permanent], np.int64)
+    for i in range(start.size - 1):
+        kind = 0 if i < permanent else 1
+        for k in range(start[i], start[i + 1]):
+            j = second[k]
+            if i < permanent <= j:
+                rows[mixed], partners[mixed] = i, j
+                mixed += 1
+            else:
+                pairs[kind] += 1
+                reach[kind] += j - i
+    return pairs, reach / np.maximum(pairs, 1), rows[:mixed].copy(), partners[:mixed].copy()
+
+
+def even_ends(start: Array, low: int, high: int, reach: float) -> Array:
     """Ends (chunks + 1,) of stretches of the particles low to high with about the same work.
 
-    Their number is even, so that two threads get the same.
+    `reach` = mean distance of partners. The number of stretches is even, so that two threads get the same.
     """
-    own = slice(start[low], start[high])
-    reach = second[own].sum(dtype=np.int64) - np.dot(np.diff(start[low : high + 1]), np.arange(low, high))
-    size = max(LEAST, REACHES * reach / max(1, own.stop - own.start))
+    size = max(LEAST, REACHES * reach)
     chunks = 1 if high - low < size else 2 * math.ceil((high - low) / (2.0 * size))
     work = start[low : high + 1] + np.arange(high - low + 1)
     inner = np.searchsorted(work, work[0] + (work[-1] - work[0]) * np.arange(1, chunks) / chunks)

@@ -135,10 +135,10 @@ def pass_kernel(function=None, *, returns=types.none):
     return functools.partial(Pass, returns=returns) if function is None else Pass(function, returns)
 
 
-kernel = functools.partial(compiled, cache=True)
-"""What Python calls: kept in the cache. It returns numbers, no arrays."""
+kernel = functools.partial(compiled, cache=True, nogil=True)
+"""What Python calls, whose other threads go on meanwhile: kept in the cache. It returns numbers, no arrays."""
 
-maker = functools.partial(compiled, cache=True, _nrt=True)
+maker = functools.partial(compiled, cache=True, nogil=True, _nrt=True)
 """What Python calls and makes arrays: references are counted. Whatever lends views is not to be called here."""
 
 inner_maker = functools.partial(Callee, cache=False, forceinline=True, pipeline_class=Inlined, _nrt=True)

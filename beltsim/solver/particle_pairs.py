@@ -8,6 +8,8 @@ that is a single sweep.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -15,9 +17,14 @@ from beltsim.solver.columns import ROW, column_of, columns_of
 from beltsim.solver.jit import inner, kernel, maker
 from beltsim.solver.state import Array, Shapes
 from beltsim.solver.stretches import sort_stretch, starts_of
+from beltsim.solver.together import together
 
 AROUND = (0, 1, ROW - 1, ROW, ROW + 1, -1, 1 - ROW, -ROW, -ROW - 1)
 """Keys of a column and of its neighbours, less its own; by the first five any two neighbours meet once."""
+
+
+ENOUGH_TO_SHARE = 3000
+"""Particles from which a second thread pays: below, waking it costs what it saves, 0.1 ms."""
 
 
 def particle_pairs(
@@ -27,6 +34,7 @@ def particle_pairs(
     members: Array | None,
     skin: float,
     apart: tuple[Array, Array],
+    team: int | None = None,
 ) -> tuple[Array, Array]:
     """Pairs of `owners` with `members` whose bounding spheres are closer than the skin; row i: particle i.
 
@@ -35,6 +43,7 @@ def particle_pairs(
     owners : (n,) int32 particles
     members : likewise, others than the owners; None: the owners, each pair once, at the lower particle
     apart : start (particles + 1,) and member: whom each particle must not touch (`beltsim.exclusions`)
+    team : threads, None for one; the pairs are the same
 
     Returns
     -------
@@ -43,16 +52,30 @@ def particle_pairs(
     """
     position, bounding, half = flattened(position), shapes.bounding, members is None
     choosy = apart[1].size > 0 or not shapes.may_touch.all()
-    pairs, total = np.empty((2, 16 + 6 * owners.size), np.int32), 0
+    found = [np.empty((2, 0), np.int32)]
     for some, others, cell in by_size(owners, members, bounding, skin):
         own = columns_of(position, bounding, some, cell)
         other = own if others is None else columns_of(position, bounding, others, cell)
-        done = 0
-        while done < own.key.size:
-            done, total = sweep(own, other, others is None, skin, done, pairs, total, choosy, shapes, *apart)
-            if done < own.key.size:
-                pairs = doubled(pairs, total)
-    return rows_of(pairs, total, position.shape[1], half)
+        rules = (others is None, skin, choosy, shapes, *apart)
+        ends = even_stretches(own.start, 1 if team is None or some.size < ENOUGH_TO_SHARE else team)
+        found += together(team, [partial(swept, own, other, *stretch, *rules) for stretch in pairwise(ends)])
+    pairs = np.concatenate(found, axis=1)
+    return rows_of(pairs, pairs.shape[1], position.shape[1], half)
+
+
+def even_stretches(start: Array, count: int) -> list[int]:
+    """Ends (count + 1,) of stretches of the columns that start at start (columns + 1,), with about as many members."""
+    return np.searchsorted(start, np.linspace(0, start[-1], count + 1)).tolist()
+
+
+def swept(own, other, begin: int, end: int, *rules) -> Array:
+    """Near pairs (2, p) of the columns `begin` to `end` of `own` with those of `other`; `rules` as in `sweep`."""
+    pairs, total = np.empty((2, 16 + 6 * int(own.start[end] - own.start[begin])), np.int32), 0
+    while begin < end:
+        begin, total = sweep(own, other, begin, end, *rules, pairs, total)
+        if begin < end:
+            pairs = doubled(pairs, total)
+    return pairs[:, :total]
 
 
 def flattened(position: Array) -> Array:
@@ -95,14 +118,14 @@ def doubled(pairs: Array, total: int) -> Array:
 
 
 @kernel
-def sweep(own, other, alike, skin, begin, pairs, total, choosy, shapes, apart_start, apart):
-    """Add the near pairs of the columns of `own` from `begin` on with those of `other`, themselves if `alike`.
+def sweep(own, other, begin, end, alike, skin, choosy, shapes, apart_start, apart, pairs, total):
+    """Add the near pairs of the columns `begin` to `end` of `own` with those of `other`, themselves if `alike`.
 
     Returns the first column that did not fit, and the number of pairs.
     """
     around = AROUND
     first, second = pairs[0], pairs[1]
-    for c in range(begin, own.key.size):
+    for c in range(begin, end):
         before = total
         for n in range(5 if alike else 9):
             d = column_of(other, own.key[c] + around[n])
@@ -112,7 +135,7 @@ def sweep(own, other, alike, skin, begin, pairs, total, choosy, shapes, apart_st
                     return c, before
         if choosy:
             total = keep_touching(shapes, apart_start, apart, first, second, before, total)
-    return own.key.size, total
+    return end, total
 
 
 @inner
