@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from beltsim.solver.particle_pairs import particle_pairs
+from beltsim.solver.particle_pairs import ENOUGH_TO_SHARE, particle_pairs
 from beltsim.solver.state import Shapes
 
 SKIN = 0.002
@@ -41,10 +41,10 @@ def wanted_with(position, bounding, owners, members):
     return np.argwhere(near(position, bounding) & chosen[0][:, None] & chosen[1])
 
 
-def listed(position, shapes, owners, members=None, apart=None):
+def listed(position, shapes, owners, members=None, apart=None, team=None):
     """Pairs (p, 2) of the list, in its order."""
     apart = nobody_apart(shapes.bounding.size) if apart is None else apart
-    start, second = particle_pairs(position, shapes, owners, members, SKIN, apart)
+    start, second = particle_pairs(position, shapes, owners, members, SKIN, apart, team)
     assert start.size == shapes.bounding.size + 1
     return np.column_stack([np.repeat(np.arange(start.size - 1), np.diff(start)), second])
 
@@ -75,6 +75,19 @@ def test_pairs_of_two_sets_of_one_to_a_hundred_are_all_found_once_and_in_order(r
         found = listed(position, shapes_of(bounding), owners, members)
         assert np.array_equal(found, wanted_with(position, bounding, owners, members))
         assert len(found) > 100
+
+
+@pytest.mark.parametrize("team", [2, 3])
+def test_threads_find_the_pairs_that_one_finds(team, rng):
+    """Of so many that they share them out, sizes of 1:100 in several searches, and more than there is room for."""
+    position, bounding = sand_and_boulders(rng, 2 * ENOUGH_TO_SHARE)
+    everybody = slots(np.arange(bounding.size))
+    crowded = np.full((3, ENOUGH_TO_SHARE), 0.25) + rng.uniform(0.0, 0.05, (3, ENOUGH_TO_SHARE))
+    for place, radius in ((position, bounding), (crowded, np.full(ENOUGH_TO_SHARE, 0.005))):
+        owners = everybody[: radius.size]
+        alone = listed(place, shapes_of(radius), owners)
+        assert len(alone) > radius.size
+        assert np.array_equal(listed(place, shapes_of(radius), owners, team=team), alone)
 
 
 def test_only_chosen_particles_are_listed(rng):
