@@ -18,6 +18,7 @@ from beltsim.console import CommandError
 from beltsim.engine import State
 from beltsim.lists import bonded_neighbours
 from beltsim.solver.chunks import alike_chunks, notes_of
+from beltsim.solver.state import aligned
 from beltsim.source import Source
 
 VERSION = 1
@@ -70,7 +71,7 @@ def put_back(checkpoint: dict, state: State, sources: list[Source] = ()) -> None
     population = scene.population
     if checkpoint.get("version") != VERSION or (checkpoint["intact"] is None) != (scene.bonds is None):
         raise CheckpointError("the checkpoint is of another version or of another scene")
-    population.particles = rebuilt(population.particles, checkpoint["particles"])
+    population.particles = aligned(rebuilt(population.particles, checkpoint["particles"]))
     for name in ("id", "species", "half_extent", "edge_radius"):
         setattr(population, name, checkpoint[name].copy())
     scene.shapes = rebuilt(scene.shapes, checkpoint["shapes"])

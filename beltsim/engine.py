@@ -29,7 +29,7 @@ from beltsim.solver.guides import Guided, Pivots, guide
 from beltsim.solver.integration import spin_of_momentum
 from beltsim.solver.motion import Slides, Spins, prescribe_parts
 from beltsim.solver.reference_integrator import advance_reference
-from beltsim.solver.state import ChunkNotes
+from beltsim.solver.state import ChunkNotes, aligned
 from beltsim.solver.steps import (
     DONE,
     LISTS_STALE,
@@ -185,6 +185,9 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     if state.list_builds % SORTING == 0:
         origin = sorted_anew(state, origin)
     scene, population = state.scene, state.scene.population
+    same = state.notes is not None and origin is None
+    if not same:
+        population.particles = aligned(population.particles)
     count = population.count
     chosen = of_shape(population, SPHERE), of_shape(population, BOX)
     boxes = chosen[1] if state.families.box_boxes else chosen[1][:0]
@@ -211,7 +214,6 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     if state.account is not None:
         new = with_books(new)
         close_lists(state.account, state.lists)
-    same = state.notes is not None and origin is None
     alike = state.notes.alike if same else alike_chunks(population.particles)
     if state.lists is not None:
         origin = np.arange(count, dtype=np.int64) if origin is None else origin

@@ -11,8 +11,7 @@ from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import as_dtype
 
 from beltsim.solver.jit import inner
-
-CACHE_LINE = 64
+from beltsim.solver.state import CACHE_LINE
 
 
 def on_stack(context, builder, array_type, shape):
