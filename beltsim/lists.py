@@ -19,6 +19,7 @@ from beltsim.solver.part_pairs import part_pairs
 from beltsim.solver.particle_pairs import particle_pairs
 from beltsim.solver.rods import Rods
 from beltsim.solver.state import Contacts, Crossings, Particles, Parts, Shapes, Walls, WallTree
+from beltsim.solver.together import together
 from beltsim.wall_lists import (
     ListedPoints,
     ListedWalls,
@@ -114,37 +115,46 @@ def make_lists(
     position = particles.position
     apart = by_particle(excluded, particles.mass.size)
 
-    def among(owners, members=None, **kept):
-        start, second = particle_pairs(position, shapes, owners, members, skin, apart, team)
+    def near(owners, members=None):
+        return particle_pairs(position, shapes, owners, members, skin, apart, team)
+
+    def among(start, second, **kept):
         return empty_contacts(start, owners_of(start), second, **kept)
 
     def with_parts(slots, planes):
         start, first = part_pairs(position, shapes, slots, parts, part_group, skin, planes)
         return empty_contacts(start, first, owners_of(start))
 
-    def between_spheres():
-        contacts = among(spheres, rolls=families.rolling, summed=False)
-        return ListedSpheres(
-            contacts, crossings_of(contacts.start, contacts.second, permanent), families.sphere_material
-        )
+    def between_spheres(start, second):
+        contacts = among(start, second, rolls=families.rolling, summed=False)
+        return ListedSpheres(contacts, crossings_of(start, second, permanent), families.sphere_material)
 
     on_boxes = None
     if families.spheres and families.boxes:
-        on_boxes = among(spheres, boxes)
+        on_boxes = among(*near(spheres, boxes))
         link_neighbours(on_boxes.start, on_boxes.second, *bonded, on_boxes.beside)
     near_walls = near_points = None
     if families.walls:
         near_walls = list_walls(particles, shapes, parts, part_group, *walls, skin, chosen)
     if families.points:
         near_points = list_points(particles, shapes, parts, walls[0], near_walls, skin)
+    found = near(spheres) if families.spheres else None
+    of_spheres, of_parts, of_box_parts = together(
+        team,
+        [
+            lambda: between_spheres(*found) if families.spheres else None,
+            lambda: (with_parts(spheres, True),) if families.spheres and families.parts else None,
+            lambda: (with_parts(boxes, False),) if families.boxes and families.parts else None,
+        ],
+    )
     return Lists(
-        between_spheres() if families.spheres else None,
+        of_spheres,
         (on_boxes,) if on_boxes is not None else None,
-        (with_parts(spheres, True),) if families.spheres and families.parts else None,
-        (with_parts(boxes, False),) if families.boxes and families.parts else None,
+        of_parts,
+        of_box_parts,
         near_walls,
         near_points,
-        (among(boxes),) if families.box_boxes else None,
+        (among(*near(boxes)),) if families.box_boxes else None,
         list_rods(particles, shapes, parts, part_group, rods, skin) if families.rods else None,
     )
 
