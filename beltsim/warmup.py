@@ -10,19 +10,29 @@ import click
 
 from beltsim.console import UsageProblem, guarded, say, summary
 
-BELT_CONVEYOR = """*FORMAT, NAME=BELTSIM, VERSION=1
+ROWS, COLUMNS = 3, 4
+"""Of the belt: between the rows of any grid, its runs of bonds have gaps, but not if it were smaller."""
+
+NODES = [(COLUMNS * row + column + 1, row, column) for row in range(ROWS) for column in range(COLUMNS)]
+CELLS = "\n".join(f"{node}, {0.05 * column:g}, {0.05 * row:g}, 0, 1, 0, 0, 0" for node, row, column in NODES)
+BONDS = "\n".join(
+    f"{node}, {node + 1}, 0, 0, 0, 1, 0, 0, 0, 0.05, 0, 0, 1, 0, 0, 0"
+    for node, _, column in NODES
+    if column + 1 < COLUMNS
+)
+
+BELT_CONVEYOR = f"""*FORMAT, NAME=BELTSIM, VERSION=1
 *MATERIAL, NAME=stuff, DENSITY=1100, YOUNGS MODULUS=5 MPa, POISSON RATIO=0.45
 *CONTACT PROPERTY, MATERIAL A=stuff, MATERIAL B=stuff, FRICTION=0.4, RESTITUTION=0.3, ROLLING FRICTION=0.1
 *CONTACT GROUP, NAME=belt, BELT=belt
 *PARTICLE TYPE, NAME=cell, SHAPE=ROUNDED BOX, SIZE X=58 mm, SIZE Y=58 mm, SIZE Z=10 mm, EDGE RADIUS=4 mm, \
 MATERIAL=stuff, CONTACT GROUP=belt
 *PARTICLE, TYPE=cell
-1, 0, 0, 0, 1, 0, 0, 0
-2, 0.05, 0, 0, 1, 0, 0, 0
+{CELLS}
 *BOND TYPE, NAME=fabric, SECTION WIDTH=50 mm, SECTION THICKNESS=10 mm, YOUNGS MODULUS=20 MPa, POISSON RATIO=0.3, \
 DAMPING FACTOR=0.05
 *BOND, TYPE=fabric
-1, 2, 0, 0, 0, 1, 0, 0, 0, 0.05, 0, 0, 1, 0, 0, 0
+{BONDS}
 *PARTICLE TYPE, NAME=grain, SHAPE=SPHERE, RADIUS=20 mm, MATERIAL=stuff
 *PART, NAME=pulley, SHAPE=CYLINDER, DIAMETER=100 mm, LENGTH=200 mm, MATERIAL=stuff
 0, 0, -0.06, 0.70710678, -0.70710678, 0, 0

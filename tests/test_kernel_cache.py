@@ -154,6 +154,17 @@ def test_kernels_are_loaded_by_the_next_process(twice, tmp_path):
     assert twice(tmp_path / "cache")[:3] == ["42", "1", "True"]
 
 
+@pytest.mark.parametrize("ending", ["nbc", "nbi"])
+def test_files_that_are_not_what_was_saved_are_made_anew(ending, twice, tmp_path):
+    """As after a crash of the machine: the run goes on, and the next one finds the kernel again."""
+    place = tmp_path / "cache"
+    twice(place)
+    for path in place.rglob(f"*.{ending}"):
+        path.write_bytes(b"junk")
+    assert twice(place)[:3] == ["42", "0", "True"]
+    assert twice(place)[:3] == ["42", "1", "True"]
+
+
 def test_run_goes_on_where_nothing_can_be_kept(twice, tmp_path):
     """A home that is read only or no folder at all; what was compiled is gone with the process."""
     (tmp_path / "file").write_text("in the way")
@@ -170,6 +181,10 @@ def test_kernel_that_cannot_be_saved_runs_all_the_same(tmp_path, monkeypatch):
             @staticmethod
             def save_overload(*_):
                 raise OSError(28, "No space left on device")
+
+            @staticmethod
+            def load_overload(*_):
+                return None
 
     Store(tmp_path / f"{1:016x}").guard(Full)
     Full._cache.save_overload(None, None)  # says nothing

@@ -11,6 +11,7 @@ import scenes
 from beltsim import inp
 from beltsim.console import ExitCode
 from beltsim.engine import advance_by
+from beltsim.scene import build
 from beltsim.solver.steps import advance
 from beltsim.warmup import BELT_CONVEYOR, deck_of
 
@@ -55,6 +56,12 @@ def test_a_cache_that_would_not_last_is_refused(tmp_path):
     done = subprocess.run([*COMMAND, "warmup"], env=env, capture_output=True, text=True, check=False)
     assert done.returncode == ExitCode.USAGE
     assert done.stderr == "the cache folder may not be written to; NUMBA_CACHE_DIR names another place\n"
+
+
+def test_the_belt_of_the_usual_deck_has_the_gaps_of_any_grid():
+    """Between its rows; kernels for runs without gaps would not serve a belt that was converted."""
+    bonds = build(deck_of(None)).bonds
+    assert bonds.whole.tolist() == [1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1]
 
 
 def test_the_usual_deck_is_of_the_kind_of_a_loaded_conveyor():

@@ -95,14 +95,26 @@ class Store:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def guard(self, dispatcher) -> None:
-        """Let a kernel of numba save itself under the lock; one that cannot be saved, as on a full disk, is not."""
-        save = dispatcher._cache.save_overload
+        """Let a kernel of numba save itself under the lock; one that cannot be saved, as on a full disk, is not.
+
+        Files that are not what was saved, as after a crash of the machine, are forgotten: numba would stop at them.
+        """
+        cache = dispatcher._cache
+        save, load = cache.save_overload, cache.load_overload
 
         def save_alone(signature, data) -> None:
             with suppress(OSError), self.alone():
                 save(signature, data)
 
-        dispatcher._cache.save_overload = save_alone
+        def load_whole(signature, target):
+            try:
+                return load(signature, target)
+            except Exception:  # unpickling raises almost any
+                with suppress(OSError), self.alone():
+                    cache.flush()
+                return None
+
+        cache.save_overload, cache.load_overload = save_alone, load_whole
 
 
 def holds(dispatcher, signature) -> bool:
@@ -110,7 +122,7 @@ def holds(dispatcher, signature) -> bool:
     cache = dispatcher._cache
     try:
         return cache._index_key(signature, dispatcher.targetctx.codegen()) in cache._cache_file._load_index()
-    except (OSError, AttributeError):
+    except Exception:  # unpickling raises almost any
         return True
 
 
