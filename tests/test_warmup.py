@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 import scenes
 
@@ -12,6 +13,8 @@ from beltsim import inp
 from beltsim.console import ExitCode
 from beltsim.engine import advance_by
 from beltsim.scene import build
+from beltsim.scene.bonding import upright_of
+from beltsim.solver.state import BondKinds
 from beltsim.solver.steps import advance
 from beltsim.warmup import BELT_CONVEYOR, deck_of
 
@@ -62,6 +65,13 @@ def test_the_belt_of_the_usual_deck_has_the_gaps_of_any_grid():
     """Between its rows; kernels for runs without gaps would not serve a belt that was converted."""
     bonds = build(deck_of(None)).bonds
     assert bonds.whole.tolist() == [1, 1, 1, 0, 1, 1, 1, 0, 1, 1, 1]
+
+
+def test_kinds_of_bonds_have_one_layout_however_many_there_are():
+    """With another one for several kinds, a belt that was converted would need kernels of its own."""
+    kinds = build(deck_of(None)).kinds
+    two = BondKinds(*(np.repeat(each, 2, axis=-1) for each in kinds))
+    assert upright_of(two).flags.c_contiguous
 
 
 def test_the_usual_deck_is_of_the_kind_of_a_loaded_conveyor():

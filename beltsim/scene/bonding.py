@@ -285,7 +285,8 @@ def upright_of(kinds: BondKinds) -> np.ndarray | None:
 
     across = kinds.stiffness * np.array([[0.0], [1.0], [1.0]])
     values = (across, kinds.angular_stiffness, kinds.damping, kinds.angular_damping)
-    return np.concatenate([np.einsum("kab,bk->ak", along, value) for value in values])
+    # Else its layout, and with it the compiled kernels, would depend on how many kinds there are.
+    return np.ascontiguousarray(np.concatenate([np.einsum("kab,bk->ak", along, value) for value in values]))
 
 
 def strength_of(rows: np.ndarray, bonds: int) -> BondStrength | None:
