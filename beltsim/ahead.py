@@ -81,7 +81,7 @@ def passes_over_contacts(state: State) -> Iterator[tuple[Pass, tuple]]:
     if lists.box_parts is not None:
         yield box_cylinder_pass, (*bodies, lists.box_parts[0], scene.machinery.parts, STEP)
     if lists.spheres is not None:
-        yield sphere_piece, (0, 0, *bodies, lists.spheres, STEP)
+        yield sphere_piece, (0, *bodies, lists.spheres, STEP)
         if state.team is not None:
             yield sphere_chunk, (0, *bodies, lists.spheres, STEP)
     if lists.sphere_parts is not None:

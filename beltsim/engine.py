@@ -188,6 +188,7 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     same = state.notes is not None and origin is None
     if not same:
         population.particles = aligned(population.particles)
+    alike = state.notes.alike if same else alike_chunks(population.particles)
     count = population.count
     chosen = of_shape(population, SPHERE), of_shape(population, BOX)
     boxes = chosen[1] if state.families.box_boxes else chosen[1][:0]
@@ -214,7 +215,6 @@ def renew_lists(state: State, origin: np.ndarray | None = None) -> None:
     if state.account is not None:
         new = with_books(new)
         close_lists(state.account, state.lists)
-    alike = state.notes.alike if same else alike_chunks(population.particles)
     if state.lists is not None:
         origin = np.arange(count, dtype=np.int64) if origin is None else origin
         carry(new, state.lists, origin, len(machinery.info))

@@ -9,10 +9,11 @@ shared with others. Rows that are changed side by side show what an array for ea
 
 from __future__ import annotations
 
-import time
+from functools import partial
 
 import numba
 import numpy as np
+from machine import best_of
 
 ROWS = 48
 PARTICLES = 1 << 20
@@ -46,17 +47,6 @@ def change_blocks(blocks):
                 blocks[block, row, n] *= 1.0000001
 
 
-def least(call, *arguments, times: int = 4) -> float:
-    """Least time [s] of some calls, the first one apart."""
-    call(*arguments)
-    found = []
-    for _ in range(times):
-        start = time.perf_counter()
-        call(*arguments)
-        found.append(time.perf_counter() - start)
-    return min(found)
-
-
 def latency(size: int, rng) -> float:
     """Nanoseconds for one line out of `size` bytes of them."""
     lines = size // (8 * LINE)
@@ -64,7 +54,7 @@ def latency(size: int, rng) -> float:
     following = np.zeros(lines * LINE, np.int64)
     following[order * LINE] = np.roll(order, -1) * LINE
     steps = min(4 * lines, 2_000_000)
-    return 1e9 * least(follow, following, steps) / steps
+    return 1e9 * best_of(partial(follow, following, steps), 4) / steps
 
 
 def main() -> None:
@@ -73,9 +63,13 @@ def main() -> None:
         print(f"a line out of {mebibytes:6g} MiB  {latency(int(mebibytes * 2**20), rng):6.1f} ns")
     for count in (8, 16, 32, ROWS):
         rows = np.ones((count, PARTICLES))
-        print(f"{count:2} rows side by side   {2e-9 * rows.nbytes / least(change_rows, rows):5.0f} GB/s")
+        print(
+            f"{count:2} rows side by side   {2e-9 * rows.nbytes / best_of(partial(change_rows, rows), 4):5.0f} GB/s"
+        )
     blocks = np.ones((PARTICLES // LINE, ROWS, LINE))
-    print(f"{ROWS} rows packed by 8   {2e-9 * blocks.nbytes / least(change_blocks, blocks):5.0f} GB/s")
+    print(
+        f"{ROWS} rows packed by 8   {2e-9 * blocks.nbytes / best_of(partial(change_blocks, blocks), 4):5.0f} GB/s"
+    )
 
 
 if __name__ == "__main__":

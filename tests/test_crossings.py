@@ -73,6 +73,7 @@ def test_every_pair_is_in_one_piece_of_the_chunk_that_owns_its_first_particle(na
             own = slice(*found.pair[:, piece])
             seen[own] += 1
             assert 0 < own.stop - own.start <= PIECE
+            assert found.owner[piece] == chunk
             assert np.all(owner[first[own]] == chunk)
             # Its particles have all drifted when those below `stop` have: partners stand after the owners.
             assert max(first[own].max(), second[own].max()) == found.stop[piece] - 1

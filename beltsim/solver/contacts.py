@@ -316,10 +316,8 @@ def sphere_part_chunk(chunk, particles, shapes, laws, contacts, parts, rods, tim
 @callee
 def sphere_part_pass(particles, shapes, laws, contacts, parts, rods, time_step, team):
     """Contacts of spheres with cylinders and planes (parts of infinite radius). `team`: threads, None for one."""
-    work, chunks = (
-        (particles, shapes, laws, contacts, parts, rods, time_step),
-        -(-contacts.first.size // PAIRS),
-    )
+    work = (particles, shapes, laws, contacts, parts, rods, time_step)
+    chunks = -(-contacts.first.size // PAIRS)
     if team is None:
         for chunk in range(chunks):
             sphere_part_chunk(chunk, *work)

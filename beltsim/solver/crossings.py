@@ -33,10 +33,11 @@ def crossings_of(start: Array, second: Array, permanent: int) -> Crossings:
     bounds = bounds_of(start, second, permanent)
     crossing = count_crossing(start, second, bounds)
     place = np.concatenate([[0], np.cumsum(crossing)])
-    piece, pair = pieces_of(start[bounds])
+    piece, owner, pair = pieces_of(start[bounds])
     return Crossings(
         start=bounds,
         piece=piece,
+        owner=owner,
         pair=pair,
         stop=np.array([second[low:high].max() + 1 for low, high in pair.T], np.int64),
         place=place,
@@ -46,17 +47,15 @@ def crossings_of(start: Array, second: Array, permanent: int) -> Crossings:
     )
 
 
-def pieces_of(pairs: Array) -> tuple[Array, Array]:
-    """Pieces of chunks whose pairs of each kind end at pairs (2, c + 1): `Crossings.piece` and `Crossings.pair`."""
-    first, last = (
-        pairs[:, :-1].T.ravel(),
-        pairs[:, 1:].T.ravel(),
-    )  # of both kinds of a chunk, then of the next chunk
+def pieces_of(pairs: Array) -> tuple[Array, Array, Array]:
+    """`Crossings.piece`, `owner` and `pair` of chunks whose pairs of each kind end at pairs (2, c + 1)."""
+    # Of both kinds of a chunk, then of the next chunk.
+    first, last = pairs[:, :-1].T.ravel(), pairs[:, 1:].T.ravel()
     count = -(-(last - first) // PIECE)
     whose = np.repeat(np.arange(count.size), count)
     begin = first[whose] + PIECE * (np.arange(whose.size) - (np.cumsum(count) - count)[whose])
     piece = np.concatenate([[0], np.cumsum(count)[1::2]])
-    return piece, np.stack([begin, np.minimum(begin + PIECE, last[whose])])
+    return piece, whose // 2, np.stack([begin, np.minimum(begin + PIECE, last[whose])])
 
 
 def bounds_of(start: Array, second: Array, permanent: int) -> Array:

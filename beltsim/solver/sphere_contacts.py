@@ -246,9 +246,10 @@ def scatter_rolling(rolling, touching, count, tile):
 
 
 @pass_kernel
-def sphere_piece(piece, chunk, particles, shapes, laws, listed, time_step):
-    """Contacts of one piece of the pairs of a chunk; see `lists.ListedSpheres`."""
+def sphere_piece(piece, particles, shapes, laws, listed, time_step):
+    """Contacts of one piece of the pairs; see `lists.ListedSpheres`."""
     contacts, crossings, material = listed
+    chunk = crossings.owner[piece]
     tile, touching = scratch_rows(ROWS, PAIRS), scratch_row(PLACES, np.uint64)
     overlaps = scratch_row(PAIRS, np.float64)
     clear(tile, touching)
@@ -266,7 +267,7 @@ def sphere_chunk(chunk, particles, shapes, laws, listed, time_step):
     """Contacts in the rows of one chunk of particles, one thread's work."""
     crossings = listed.crossings
     for piece in range(crossings.piece[chunk], crossings.piece[chunk + 1]):
-        sphere_piece(piece, chunk, particles, shapes, laws, listed, time_step)
+        sphere_piece(piece, particles, shapes, laws, listed, time_step)
 
 
 @inner
@@ -320,14 +321,13 @@ def take_crossings(particles, crossings):
 @callee
 def sphere_sphere_pass(particles, shapes, laws, listed, time_step, team):
     """Contacts between spheres; see `lists.ListedSpheres`. `team`: threads, None for one."""
-    crossings, bodies = listed.crossings, (particles, shapes, laws)
+    crossings, work = listed.crossings, (particles, shapes, laws, listed, time_step)
     begin_crossing(crossings)
     if team is None:
-        for chunk in range(crossings.count.size):
-            for piece in range(crossings.piece[chunk], crossings.piece[chunk + 1]):
-                sphere_piece(piece, chunk, *bodies, listed, time_step)
+        for piece in range(crossings.owner.size):
+            sphere_piece(piece, *work)
     else:  # each adds to its own particles, the rest crosses over afterwards
-        share(sphere_chunk, 0, crossings.count.size, 1, team, (*bodies, listed, time_step))
+        share(sphere_chunk, 0, crossings.count.size, 1, team, work)
     take_crossings(particles, crossings)
 
 

@@ -146,6 +146,7 @@ class Crossings(NamedTuple):
 
     start: Array  # (2, c + 1) int64: of permanent and of free particles chunk c owns start[kind, c]:start[kind, c + 1]
     piece: Array  # (c + 1,) int64: the pairs of chunk c are pieces piece[c]:piece[c + 1]
+    owner: Array  # (pieces,) int64 the chunk of each piece
     pair: Array  # (2, pieces) int64 first pair of each piece, and the one after its last
     stop: Array  # (pieces,) int64 the slot after the last particle of each piece, which is a second one
     place: Array  # (c + 1,) int64: loads that come from chunk c are written to rows place[c]... of `loads`

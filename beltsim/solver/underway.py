@@ -65,16 +65,14 @@ def drift_and_bond(particles, belt, strength, environment, left, limits, clock):
 def drift_and_touch(particles, shapes, laws, spheres, environment, left, limits, clock):
     """Drift and the loads of contacts between spheres."""
     crossings = spheres.crossings
-    far = fast = lost = chunk = piece = 0
+    far = fast = lost = piece = 0
     begin_crossing(crossings)
     for c in range(chunks_in(particles.mass.size)):
         counts = drift(c, particles, environment, left, limits, clock)
         far, fast, lost = far + counts[0], fast + counts[1], lost + counts[2]
         moved = min((c + 1) * CHUNK, particles.mass.size)
         while piece < crossings.stop.size and crossings.stop[piece] <= moved:
-            while piece >= crossings.piece[chunk + 1]:
-                chunk += 1
-            sphere_piece(piece, chunk, particles, shapes, laws, spheres, clock.time_step)
+            sphere_piece(piece, particles, shapes, laws, spheres, clock.time_step)
             piece += 1
     take_crossings(particles, crossings)
     return far, fast, lost
